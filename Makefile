@@ -31,7 +31,7 @@ help:
 	@echo "make test    install the test tools too and run every test"
 	@echo "make quick   the tests without the slow ones"
 	@echo "make times   measure every test and list the slow ones, which make quick leaves out"
-	@echo "make lint    ruff, mypy, import-linter"
+	@echo "make lint    ruff, mypy, import-linter, and the prose of pages, texts and docstrings"
 	@echo "make docs    build the documentation's site into docs/_build/html; a warning is an error"
 	@echo "make fuzz    damaged files by the thousand for every reader; every layout and seed of random tests"
 	@echo "make freecad install FreeCAD where that can be, and try the workbench in it, without a window and in one;"
@@ -64,11 +64,12 @@ times: $(VENV)/.installed-dev
 	@rm .times
 
 lint: $(VENV)/.installed-dev
-	@echo "==> ruff check, ruff format --check, mypy --strict, lint-imports"
+	@echo "==> ruff check, ruff format --check, mypy --strict, lint-imports, prose"
 	@$(VENV)/bin/ruff check .
 	@$(VENV)/bin/ruff format --check .
 	@$(VENV)/bin/mypy
 	@$(VENV)/bin/lint-imports
+	@$(VENV)/bin/python script/prose --quiet
 
 docs: $(VENV)/.installed-docs
 	@echo "==> building the documentation's site into docs/_build/html"

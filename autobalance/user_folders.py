@@ -1,4 +1,4 @@
-"""The user's folders of the program: where settings stand, and where what was read is kept."""
+"""The user's folders of the program: settings, and the cache of files that were read."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def cache_folder() -> Path:
 
 
 def shop_file(folder: Path) -> Path | None:
-    """Return the shop's file for a job in a folder; None where there is none."""
+    """Return the shop's file for a job in a folder; None if the folder has no such file."""
     return next(
         (each for each in (folder / SHOP_FILE, configuration_folder() / SHOP_FILE) if each.is_file()), None
     )

@@ -86,7 +86,7 @@ def in_its_sense(job: Job, engine: Engine) -> Engine:
 
 
 def as_measured(job: Job, crank: Crank) -> Engine:
-    """Return the engine with its crank as the file has it; the metal loads the mains of its own bay."""
+    """Return the engine with its crank as the file has it; the metal loads the mains of its bay."""
     return with_solid(job, crank.anatomy, crank.source.solid, crank.density_g_mm3, crank.moments)
 
 

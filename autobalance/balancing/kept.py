@@ -88,7 +88,7 @@ class KeptPlan:
     def _too_near(
         self, mine: Sequence[Item], cuts: Sequence[Cut], pair: tuple[int, int], walls: Array
     ) -> JobError:
-        """Return the error of two cuts that are too near each other at their least depths, with the gap."""
+        """Return the error of two cuts that are too close at their smallest depths, with the gap."""
         least = np.array([cuts[k].least_depth_mm for k in pair])
         wanted = float(max(walls[k] for k in pair))
         gap = gap_mm([cuts[k].envelope for k in pair], least, wanted)

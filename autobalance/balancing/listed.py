@@ -131,7 +131,7 @@ def _wall_mm(job: Job, cut: Any, item: Item) -> float:
 
 
 def _name(item: Item) -> str:
-    """Return which cut it is, for messages: ``cut 3 (drill, web 2 at 153.7°)``."""
+    """Return the name of a cut for messages: ``cut 3 (drill, web 2 at 153.7°)``."""
     place = [] if item.get("web") is None else [f"web {item['web']}"]
     place += [] if item.get("face") is None else [f"face {item['face']}"]
     angle = item.get("angle_deg")

@@ -132,8 +132,8 @@ class FaceOffer:
 class Overbalance:
     """Unbalance left on purpose for final drilling, and where the last holes belong; not cut yet.
 
-    ``predicted`` is the residual unbalance with them, as judged without the allowance. ``reason`` explains
-    why there are none or not enough.
+    ``predicted`` is the residual unbalance with them, as judged without the allowance. ``reason`` explains a
+    missing or insufficient list.
     """
 
     unbalance: Unbalance

@@ -180,9 +180,9 @@ class _Metal:
     def lengths_mm(self, columns: Array, ends_mm: tuple[float, float]) -> Array:
         """Return the length of metal in each column (n,) between two heights z₁ and z₂.
 
-        A section between them shows the columns that are in the metal there. Up from it to z₂, and down to
-        z₁, each place where a column leaves the metal subtracts the length beyond it, and each where it
-        enters adds that length: (z₂ − z₁) inside + Σ ± (z − z₂) above + Σ ± (z − z₁) below.
+        A section between them shows the columns that are in the metal there. Above it up to z₂, and below it
+        down to z₁, a column that leaves the metal subtracts the length beyond, and one that enters adds it:
+        (z₂ − z₁) inside + Σ ± (z − z₂) above + Σ ± (z − z₁) below.
         """
         low, high = ends_mm
         amid = low + OFF_GRID * (high - low)

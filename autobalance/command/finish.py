@@ -72,7 +72,7 @@ def finish(
 
 
 def _text(arguments: argparse.Namespace, result: VerbResult) -> str:
-    """Return a result's lines in the units that are asked for, all of them with ``--verbose``."""
+    """Return a result's lines in the requested units, all of them with ``--verbose``."""
     units = getattr(arguments, "units", "metric")
     return result.full_text(units) if getattr(arguments, "verbose", False) else result.text(units)
 
@@ -87,7 +87,7 @@ def _page(arguments: argparse.Namespace, result: VerbResult) -> tuple[Path, byte
 
 
 def usual_folder(source: Path, result: VerbResult) -> Path:
-    """Return the folder of a page where none is asked for: ``NAME-compare`` beside what was read."""
+    """Return the default folder of a page: ``NAME-compare`` next to the file that was read."""
     return source.with_name(f"{source.stem}-{result.report['command']}")
 
 
@@ -165,7 +165,7 @@ def say_result(
     page: Path | None = None,
     opens: bool = False,
 ) -> None:
-    """Print a result, the files that were written, and warnings; the page to open stands last.
+    """Print a result, the files that were written, and warnings; the page to open comes last.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 
 
 def add_units(parser: argparse.ArgumentParser) -> None:
-    """Offer ``--units``; ``main`` fills in those of the shop where none are asked for."""
+    """Offer ``--units``; ``main`` fills in those of the shop by default."""
     parser.add_argument(
         "--units",
         choices=("metric", "inch"),
@@ -56,8 +56,8 @@ def add_strict(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--strict",
         action="store_true",
-        help="end with exit code 4 also where the residual is within tolerance but not proven: with its "
-        "uncertainty it exceeds the permissible unbalance, or with main journals that may be meant instead "
+        help="exit code 4 also for a residual within tolerance but not proven: it exceeds the permissible "
+        "unbalance with its uncertainty, or with main journals that may be meant instead "
         "(default: only the residual decides)",
     )
 
@@ -94,8 +94,8 @@ def add_pages(parser: argparse.ArgumentParser) -> None:
         "--only",
         metavar="LIST",
         type=kinds_of,
-        help=f"kinds of file to write beside the solid and report.json, with commas between: "
-        f"{', '.join(choices())} (default: all but {', '.join(left_out)})",
+        help=f"kinds of file to write in addition to the solid and report.json, with commas: "
+        f"{', '.join(choices())} (default: all except {', '.join(left_out)})",
     )
     which.add_argument(
         "--no-report",

@@ -13,7 +13,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print a schema, or the names of all; 2 for a name that has none."""
+    """Print a schema, or the names of all; 2 for an unknown name."""
     from autobalance.command.console import say_as_it_is
     from autobalance.report.balance.values import dumps
     from autobalance.verbs.schema import NAMES, schema

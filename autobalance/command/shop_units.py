@@ -1,4 +1,4 @@
-"""The units in which a shop works, for commands that are not asked for others."""
+"""The units in which a shop works, as the default of commands."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from typing import Any
 from autobalance.user_folders import shop_file
 
 WRITTEN = ("command", "json", "output", "plots", "series", "picture", "units")
-"""Arguments that are no file that is read."""
+"""Arguments that are not a file to read."""
 
 
 def fill_in_units(arguments: argparse.Namespace) -> None:
-    """Set ``units`` where the command has them and none are asked for."""
+    """Set ``units`` if the command has them and the user requests none."""
     if getattr(arguments, "units", "metric") is not None:
         return
     named = (Path(each) for name, each in vars(arguments).items() if name not in WRITTEN and _is_name(each))
@@ -47,7 +47,7 @@ def shop_units(source: Path | None, settings: Sequence[str] = ()) -> str:
 
 
 def _units_in(path: Path) -> Any:
-    """Return ``shop.units`` of a file; None where it is wrong: the command that reads it says so."""
+    """Return ``shop.units`` of a file; None if it is wrong: the command that reads it reports that."""
     try:
         if path.suffix == ".toml":
             tables: Any = tomllib.loads(path.read_text(encoding="utf-8-sig"))

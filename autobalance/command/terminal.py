@@ -22,7 +22,7 @@ STYLES = {
     "dim": r"(?m)^Written: .*$",
     "bold": r"(?m)^Open: .*$",
 }
-"""How the words of results are shown."""
+"""Styles of the words of results."""
 HEADING, PLAIN = "\x1b[1;36m", "\x1b[0m"
 LEAST_WIDTH = 40
 USUAL_SIZE = (80, 24)
@@ -59,7 +59,7 @@ def _table(rows: Rows) -> str:
 
 
 def fit(text: str) -> str:
-    """Return a text no line of which is wider than the terminal, where its words allow that."""
+    """Return a text with lines no wider than the terminal, as far as its words allow."""
     return fitted(text, width())
 
 

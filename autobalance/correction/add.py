@@ -38,7 +38,7 @@ from autobalance.solid.csg.tool import Raising, Tool
 from autobalance.types import Array
 
 DEFAULT_MAX_MM = 10.0
-"""Largest height added if the job names none (ours)."""
+"""Largest height added by default (ours)."""
 DEFAULT_CLEARANCE_MM = 2.0
 """Distance kept to the next metal over the face where the job names no ``min_wall_mm`` (ours)."""
 SINK_SHARE = 1e-5

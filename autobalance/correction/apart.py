@@ -127,7 +127,7 @@ def gap_mm(pair: Sequence[Envelope], depths_mm: Array, wanted_mm: float) -> floa
 
 
 GAP_MM = 5e-4
-"""Accuracy of the gap that is told of two cuts too near each other."""
+"""Accuracy of the reported gap of two cuts that are too close."""
 
 
 def _near_rooms(

@@ -152,7 +152,7 @@ class Drill(HoleKind[DrillLimits]):
         }
 
     def opened(self, limits: DrillLimits, item: Item, stated: Collection[str]) -> DrillLimits:
-        """Return limits for a listed hole; a drill that is at hand keeps its name in its series."""
+        """Return limits for a listed hole; an available drill keeps its name in its series."""
         has_it = any(abs(size - float(item["diameter_mm"])) < SAME_MM for size in limits.at_hand_mm)
         held = ("diameters_mm", "series")
         return super().opened(limits, item, {*stated, *held} if has_it or {*held} & {*stated} else stated)

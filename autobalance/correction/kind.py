@@ -156,7 +156,7 @@ class Kind(ABC, Generic[L]):
     pressed_in : (str, str) or None
         Keys of the details that hold mass [g] and centre (3,) [mm] of what is pressed in.
     settings : tuple of str
-        Limits that are a cut's own values too: what a listed cut says of one must be what the job states.
+        Limits that are a cut's own values too: a listed cut must have the value of the job.
     """
 
     name: ClassVar[str]
@@ -222,7 +222,7 @@ class Kind(ABC, Generic[L]):
     # --- cuts that a job lists ---
 
     def open_keys(self, item: Item) -> Mapping[str, Any]:
-        """Return the limits that let a listed cut be made, where its job states none: its own settings."""
+        """Return the limits that let a listed cut be made, if its job sets no limits: its own settings."""
         del item
         return {}
 
@@ -235,8 +235,7 @@ class Kind(ABC, Generic[L]):
 
         Raises
         ------
-        CorrectionError
-            If it lacks a value, or holds none that can be.
+        CorrectionError If it lacks a value, or has an impossible one.
         """
         del anatomy, limits
         return item
@@ -301,7 +300,7 @@ class Kind(ABC, Generic[L]):
         return min(depth, float(cut.max_depth_mm))
 
     def too_many(self, items: Sequence[Item], limits: L, stated: Collection[str]) -> str | None:
-        """Return the stated number that listed cuts exceed, in words; None where there is none."""
+        """Return the stated number that listed cuts exceed, in words; None if they keep it."""
         del items, limits, stated
         return None
 

@@ -40,17 +40,17 @@ FILLED: Any = ()
 class Key:
     """One key of a table: its name, type, rule and default, and what it means.
 
-    ``keys`` makes it a separate table; with ``many``, an array of tables; with ``hint`` as well, a plain
+    ``keys`` makes it a separate table. With ``many`` it is an array of tables; with ``hint`` as well, a plain
     value or a table. ``named`` makes it a table whose keys are free names, and describes each. A table that
     may be missing has the default None, or ``FILLED``: then it exists with the defaults of its keys.
     ``forms`` are the tables that a file may hold in its place, if the input was brought to one form before.
     ``instead`` is the key that may be in its place, and then only one of both.
 
-    ``typed`` is the unit of a number that may be typed with it, where the name does not end in one.
-    ``not_empty`` says what to do instead of leaving a list or text empty, ``missing`` what more to say where
-    a key is not there, ``usual`` what a default is that is not a value, ``verbs`` which verbs read it,
-    ``example`` what a template shows of it where it has no default, ``shape`` what JSON Schema has to say
-    beyond all that. ``ignored`` are names that may stand in a table of an array and are not read.
+    ``typed`` is the unit of a number that may be typed with it, if the name does not end in a unit.
+    ``not_empty`` is the remedy for an empty list or text; ``missing`` is an addition to the message if a key
+    is missing. ``usual`` is a default that is not a value; ``verbs`` are the commands that read it.
+    ``example`` is its value in a template if it has no default. ``shape`` is the rest of its JSON Schema.
+    ``ignored`` are names that a table of an array may have and that are not read.
     """
 
     name: str

@@ -175,7 +175,7 @@ def _attributes(text: str) -> Iterator[tuple[str, str]]:
 
 
 class ShopTools(NamedTuple):
-    """What a shop has, which counts where a job names nothing of its own.
+    """Equipment of a shop, used if a job names none.
 
     ``drills`` are in the form of ``[correction.drill] series``; ``in_inches`` is whether its machines are set
     in inches.

@@ -93,7 +93,7 @@ NEEDED = {
     "shoulder": ("face",),
     "add": ("face",),
 }
-"""Keys without which a listed cut is not described; what may stand for another is asked for by the kind."""
+"""Keys without which a listed cut is not described; alternatives are checked by the kind."""
 
 
 def kinds_listed(values: Values) -> tuple[str, ...]:

@@ -138,7 +138,7 @@ class Job:
         return self.methods[self.method_names.index(kind)]
 
     def stated_limits(self, kind: str) -> frozenset[str]:
-        """Return the limits of a kind that the job states itself; for the others its defaults stand."""
+        """Return the limits of a kind that the job states itself; the others keep their defaults."""
         return stated_limits(self.raw["correction"], kind)
 
     def limits_at(self, item: Item) -> Limits:

@@ -46,9 +46,8 @@ CRANKSHAFT = Key(
         Key(
             "unit",
             LengthUnit,
-            "required where the format carries none (STL, OBJ, PLY, OFF); where it carries one, another is "
-            "an "
-            "error",
+            "length unit of the file; required for STL, OBJ, PLY and OFF, which store no unit; "
+            "in other formats another unit is an error",
             default=None,
         ),
         *density_keys("the crank"),
@@ -92,7 +91,7 @@ CRANKSHAFT = Key(
         Key(
             "body",
             int | str,
-            "which solid, from 1, where the file holds several, or the name of a part in a STEP file; "
+            "number of the solid, from 1, if the file holds several, or the name of a part in a STEP file; "
             '`"all"` '
             "unites them. A single mesh that overlaps itself is refused with the place and the mass in "
             "doubt; "

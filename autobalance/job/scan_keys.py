@@ -14,8 +14,8 @@ SCAN = (
     Key(
         "scan_file",
         str,
-        "a scan of the crank whose drawing is `file`: mass and unbalance are the scan's, faces and cuts the "
-        "drawing's; the keys from `scan_accuracy_mm` to `keep_open` are of the scan then",
+        "scan of the crank in `file`: mass and unbalance come from the scan, faces and cuts from `file`; the "
+        "keys from `scan_accuracy_mm` to `keep_open` then apply to the scan",
         default=None,
         not_empty="must name the file of a scan, relative to the job",
     ),
@@ -29,7 +29,7 @@ SCAN = (
     Key(
         "scan_accuracy_mm",
         float,
-        "of the scanner, over its whole volume, 95 %: how far its skin and scale may be off; "
+        "scanner accuracy over its full volume, 95 %: error of surface offset and scale; "
         "see [scan.md](scan.md)",
         POSITIVE,
         None,

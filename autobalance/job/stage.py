@@ -12,7 +12,7 @@ from autobalance.job.model.crank_readings import CrankReadings
 from autobalance.job.read import Job, parse
 
 USUAL_PREFERENCE = "simple"
-"""Secondary objective of `balance` if a job sets none of its own."""
+"""Secondary objective of `balance` if a job sets no objective."""
 
 
 def for_recut(job: Job, correction: Mapping[str, Any] | None) -> Job:

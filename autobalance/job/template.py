@@ -1,4 +1,4 @@
-"""The job that ``init`` writes for a crank: recognised values filled in, those only the user knows marked."""
+"""The job that ``init`` writes for a crank: recognised values filled in, those to enter marked."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Tolerances of the cuts, from the effect of each error of a cut on the unbalance.
 
-Usual workshop accuracies are scaled by one factor. All errors of all cuts, each at its limit in the worst
-direction, then use at most half of the unused permissible value (the sum of their magnitudes, in the
+Usual workshop accuracies are scaled by one factor. If all errors of all cuts are at their limits in the worst
+direction, they use at most half of the unused permissible value (the sum of their magnitudes, in the
 resultant and in each plane that is judged). Independent errors use less: the root of the sum of their
 squares.
 """

@@ -1,7 +1,7 @@
 """The free part of a counterweight as a cubic B-spline, and its exact area moments with their gradients.
 
-The outline of a free part runs from the hold radius out along the first edge of its sector, along the spline
-to the second edge, back in along that edge, and back along the arc of the hold radius. Green's theorem turns
+The outline of a free part runs from the hold radius out along the first edge of its sector and along the
+spline to the second edge. It returns along that edge and the arc of the hold radius. Green's theorem turns
 the moments of the area into integrals along that outline. On the spline they are polynomials, which Gauss's
 rule integrates exactly.
 """

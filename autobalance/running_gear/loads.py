@@ -167,8 +167,8 @@ def loads(
     gas_n : (c, n) float, optional
         Force of the gas on each piston, towards the crank: (p − p below) A [N].
     gravity_mm_s2 : complex
-        Acceleration of free fall, x + iy in the engine's frame, for rods and pistons; pieces of the crank,
-        of which only the unbalance is known, have none [mm/s²].
+        Acceleration of free fall, x + iy in the engine's frame, for rods and pistons [mm/s²]. Pieces of the
+        crank with a known unbalance alone have no such acceleration.
 
     Returns
     -------

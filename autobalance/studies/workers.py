@@ -35,7 +35,7 @@ CLUSTER_TIMEOUT_S = 10.0
 WORKER_RESTART_TIMEOUT_S = 120.0
 """Time given to a cluster without workers to start some again."""
 LOOK_AGAIN_S = 0.25
-"""Interval at which a cluster is asked for its workers."""
+"""Interval between questions to a cluster about its workers."""
 
 
 @dataclass(frozen=True)

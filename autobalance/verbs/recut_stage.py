@@ -177,9 +177,10 @@ class RecutStage:
         if suspected and not self.trust:
             worst = suspected[0]
             raise JobError(
-                f"{worst.key}: the change of reading is {worst.difference_g_mm:.3g} g·mm off what the "
-                "cuts did; "
-                f"only {worst.left_g_mm:.3g} are left if {worst.says}; --trust-reading goes on"
+                f"{worst.key}: the change of reading differs by {worst.difference_g_mm:.3g} g·mm from "
+                "the effect of the cuts; "
+                f"only {worst.left_g_mm:.3g} are left if {worst.says}. "
+                "Check the reading, or use --trust-reading"
             )
         self.warnings += [
             f"{each.key}: {each.says}? The change of reading is {each.difference_g_mm:.3g} g·mm off "
@@ -224,7 +225,7 @@ class RecutStage:
         difference = float(np.linalg.norm(seen(off)))
         if fitted is not None and fitted[1] <= MAX_LEFT * difference:
             self.warnings.append(
-                f"bob_weights_g: the reading is {difference:.4g} g·mm off what the model says; "
+                f"bob_weights_g: the reading differs by {difference:.4g} g·mm from the model; "
                 "bob-weights that are "
                 f"each {fitted[0]:+.2f} g off would explain it (a casting of another density looks the same)"
             )

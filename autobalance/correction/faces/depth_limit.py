@@ -2,13 +2,10 @@
 
 The shallowest of these counts:
 
-- the reach of the search, or the job's ``max_depth_mm``,
-- the wall to leave in front of the next surface behind the cut,
-- another plane that faces the same way and joins the section, whose area would jump there,
+- the reach of the search, or the job's ``max_depth_mm``.
+- the wall to leave in front of the next surface behind the cut.
+- another plane that faces the same way and joins the section, whose area would jump there.
 - another raised part that becomes one with the section, so that all of it would be removed from there on.
-
-The surface straight under the face is mostly the limit, and needs no section but that of the face itself. It
-is found first, so that all others are searched only above it: seldom any exists.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ class FaceKind(Kind[L], ABC):
     needs_faces = True
     offers_all = True
     usual_depth_mm: ClassVar[float | None] = None
-    """Greatest depth where a job states none; None: what the metal allows."""
+    """Largest depth if the job states no depth; None: limited by the metal."""
 
     def is_kept(self, cut: FaceCut, item: Item) -> bool:
         return is_kept_face(cut, item)
@@ -77,7 +77,7 @@ class FaceKind(Kind[L], ABC):
         return found
 
     def too_many(self, items: Sequence[Item], limits: L, stated: Collection[str]) -> str | None:
-        """Return that depths differ where a job wants one for all."""
+        """Return the warning that depths differ if a job wants one for all."""
         depths = {round(abs(float(item["depth_mm"])), 6) for item in items}
         if "same_depth" in stated and limits.same_depth and len(depths) > 1:
             return f"{len(depths)} different depths are listed; {self.name}.same_depth asks for one"

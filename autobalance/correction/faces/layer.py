@@ -133,8 +133,8 @@ class Layer:
         """Heights of vertices where the surface is not a simple slope: its sections join or divide there.
 
         Around a vertex of a slope lie two triangles in which it is the middle vertex by height. Around a
-        summit or the bottom of a hollow there are none, around a saddle four or more. Equal heights count in
-        turn.
+        summit or the bottom of a hollow the number is zero, around a saddle four or more. Equal heights count
+        in turn.
         """
         by_height = np.argsort(self.vertices[:, 2], kind="stable")
         rank = np.zeros(len(by_height), dtype=np.int64)

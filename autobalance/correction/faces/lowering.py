@@ -42,7 +42,7 @@ def lowering(layer: FaceLayer, depth_mm: float, to_rotor: Array, within: Shape |
 
 
 def clear_of(spared: Region, metal: Region, heights_mm: tuple[float, float]) -> tuple[Shape, ...]:
-    """Return prisms around metal to spare, with walls through air, well clear of its own surface.
+    """Return prisms around metal to spare, with walls through air, well clear of the metal's surface.
 
     Slivers are left out: those lie between the facets of what is on the face and the tool's outline.
     """

@@ -1,4 +1,4 @@
-"""Choice of drills of the usual series for an unbalance if a job names none."""
+"""Choice of drills of the usual series for an unbalance if a job names no drills."""
 
 from __future__ import annotations
 

@@ -55,9 +55,9 @@ def listed_position(item: Item) -> tuple[float, ...]:
 def completed_hole(item: Item, anatomy: Anatomy, usual: str) -> Item:
     """Return a hole that a job lists with the entry that its angle, height and radius give.
 
-    ``angle_deg`` and ``entry_radius_mm`` come before ``position_mm``, which need not be there. A radial hole
+    ``angle_deg`` and ``entry_radius_mm`` come before ``position_mm``, which is optional. A radial hole
     without a height is in the middle of its web; an axial one is entered from the face that ``inward`` or its
-    height points to. ``usual`` is the direction of a hole that names none.
+    height points to. ``usual`` is the direction of a hole without one.
 
     Raises
     ------
@@ -100,8 +100,7 @@ def _feed(item: Item, web: Web, z_mm: float) -> float:
 
     Raises
     ------
-    CorrectionError
-        If nothing says from which side of the web it is drilled.
+    CorrectionError If the side of the web that it is drilled from is unknown.
     """
     if item.get("inward") is not None:
         return math.copysign(1.0, float(item["inward"][2]))
@@ -111,7 +110,7 @@ def _feed(item: Item, web: Web, z_mm: float) -> float:
 
 
 def positions_of(listed: Sequence[Sequence[float]] | None, anatomy: Anatomy) -> tuple[Position, ...] | None:
-    """Return the positions of a job; None if it names none.
+    """Return the positions of a job; None without positions.
 
     Raises
     ------

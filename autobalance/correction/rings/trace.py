@@ -67,7 +67,7 @@ def slab_of(web: Web, webs: Sequence[Web]) -> tuple[float, float]:
 
 
 def least_radius_mm(anatomy: Anatomy) -> float:
-    """Return the smallest radius to turn to if a job names none."""
+    """Return the smallest radius to turn to if a job states no radius."""
     pins = [throw.crank_radius_mm + 0.5 * throw.crankpin.diameter_mm for throw in anatomy.throws]
     journals = [0.5 * journal.diameter_mm for journal in anatomy.main_journals]
     return max([*pins, *journals], default=0.0) + PIN_WALL_MM

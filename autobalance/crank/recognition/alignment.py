@@ -8,8 +8,9 @@ from autobalance.crank.anatomy import Anatomy
 
 COAXIAL_SHARE = 1e-4
 """Main journals are coaxial when their centres are off the common axis by less than this share of the
-smallest crank radius. Files are rounded to less. At a tenth of the uncertainty of the axis' position (0.1 %),
-a crank of 2.6 kg and 27 mm is out of balance by 7 g·mm, about all that G 6.3 permits it at 15 000 rpm."""
+smallest crank radius. Files are rounded to less. The uncertainty of the axis' position is 0.1 %. At a
+tenth of it, a crank of 2.6 kg and 27 mm is out of balance by 7 g·mm, about all that G 6.3 permits it at
+15 000 rpm."""
 
 BENT_MM = 0.03
 """Run-out from which a crank is called bent: shops straighten from 0.02 to 0.05 mm on."""

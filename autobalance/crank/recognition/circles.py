@@ -106,7 +106,7 @@ def corners_of(outline: Array, grain_mm: float) -> Array:
 
 
 def whole_circle(outline: Array, grain_mm: float, rough_mm: float = 0.0) -> Circle | None:
-    """Return the circle of a closed outline (k, 2) but for pieces cut out of it; None if it is not a circle.
+    """Return the circle of a closed outline (k, 2), without pieces cut out; None if it is not a circle.
 
     ``rough_mm`` is the largest distance of a rough surface's corners from it.
     """

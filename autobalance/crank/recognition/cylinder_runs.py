@@ -262,7 +262,7 @@ def bare_cylinder(
     """Return the cylinder along z on which vertices in a range of z lie; None if they show none.
 
     A cylinder's vertices lie on it at (at least) two heights, ``span`` or more apart, however coarse its
-    facets. Those of fillets, tapers and chamfers do not. Sections through a regular mesh give the radius
+    facets. Vertices of fillets, tapers and chamfers do not. Sections through a regular mesh give the radius
     exactly, except those that go through fillets or drillings. So each circle ``shown`` is tried, then the
     one near it that most vertices have, then a wide ring.
     """

@@ -31,7 +31,7 @@ COUNTERWEIGHT_SHARE = 0.4
 this share of that on the crankpin's side. A plain web's hub has less than a quarter, a disc has all."""
 DISC_SHARE = 0.99
 """... but it is a round hub about the axis, not a counterweight, if that moment is less than this share and
-the web's outline there is one arc that continues towards the crankpin: a counterweight's edges step in."""
+the web's outline is one arc that continues there towards the crankpin. A counterweight's edges step in."""
 HUB_FROM_RAD, HUB_RAYS = math.radians(78.0), 16
 """The arc is looked at from this angle to the crankpin on, on both sides, at so many places."""
 HUB_ROUNDNESS = 0.05

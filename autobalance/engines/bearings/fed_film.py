@@ -32,7 +32,7 @@ from autobalance.types import Array
 
 Flags = npt.NDArray[np.bool_]
 SWEEPS = 200
-"""Greatest number of solutions for restrictors and the film's edge together."""
+"""Largest number of solutions for restrictors and the film's edge together."""
 ROUNDING = 1e-12
 """Part of a force over which the direction of the journal's place is no more than rounding."""
 SETTLED = 1e-12
@@ -62,7 +62,7 @@ class FedFilm:
     case: FedBearing
     mesh: Mesh
     eccentricity: Array
-    """Of the journal over the clearance (2,)."""
+    """Place of the journal over the clearance (2,)."""
     unknowns: Array
     """Pressures of feeds and cells between them, as solved."""
     pressure_Pa: Array
@@ -138,7 +138,7 @@ class FedFilm:
         return bearing.force_unit_N(self.case.viscosity_Pa_s, speed) / (math.pi * self.load_N)
 
     def turned(self, load_rad: float) -> tuple[Array, Array]:
-        """Return stiffness and damping in axes in which the load stands at an angle from x [rad]."""
+        """Return stiffness and damping in axes in which the load is at an angle from x [rad]."""
         turn = turning(load_rad)
         return turn @ self.stiffness_N_m @ turn.T, turn @ self.damping_N_s_m @ turn.T
 

@@ -25,7 +25,7 @@ class Mesh:
     edges: Array
     """Angles of the lines along (n + 1,), the last one a turn after the first."""
     angle: Array
-    """Of the cells' middles (n,)."""
+    """Angles of the cells' middles (n,)."""
     cosine: Array
     """∫cos θ dθ over each cell (n,)."""
     sine: Array
@@ -38,7 +38,7 @@ class Mesh:
 
     @classmethod
     def of(cls, bearing: JournalBearing, feeds: tuple[Feed, ...], grid: tuple[int, int]) -> Mesh:
-        """Return the cells, about as many around and along as asked for."""
+        """Return the cells, about as many around and along as requested."""
         half = 0.5 * bearing.length_m
         mirrored = all(feed.z_m == 0.0 for feed in feeds)
         around = _lines(
@@ -69,7 +69,7 @@ class Mesh:
 
     @property
     def breadth(self) -> Array:
-        """Length along of the cells (m,), twice where the other half has none."""
+        """Length along of the cells (m,), twice if the other half has no cells."""
         return self.halves * np.diff(self.ends)
 
     @property
@@ -155,5 +155,5 @@ def conductances(mesh: Mesh, at_edges: Array, at_cells: Array) -> Conductances:
 
 
 def _over(breadth: Array, distance: Array) -> Array:
-    """Return breadth over distance, 0 inside a feed, where there is no distance and no flow to count."""
+    """Return breadth over distance, 0 inside a feed, which has no distance and no flow."""
     return np.divide(breadth, distance, out=np.zeros(distance.shape), where=distance > 0.0)

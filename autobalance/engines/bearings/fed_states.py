@@ -72,7 +72,7 @@ def _bearing(case: FedCase, lubricant: Lubricant, speed_rad_s: float) -> tuple[F
 
 
 def fed_figures(case: FedCase, states: list[FedState]) -> FedBearingFigures:
-    """Return feeds and powers at the first speed, and what is asked for by speed and by eccentricity."""
+    """Return feeds and powers at the first speed, and the lists by speed and by eccentricity."""
     film, rows = states[0].film, []
     for state in states:
         guess: FedFilm | None = None

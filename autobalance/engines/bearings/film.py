@@ -137,7 +137,7 @@ class Film:
         return whirl_threshold(self.stiffness_N_m, self.damping_N_s_m, self.speed_rad_s)
 
     def turned(self, load_rad: float) -> tuple[Array, Array]:
-        """Return stiffness and damping in axes in which the load stands at an angle from x [rad]."""
+        """Return stiffness and damping in axes in which the load is at an angle from x [rad]."""
         turn = turning(load_rad)
         return turn @ self.stiffness_N_m @ turn.T, turn @ self.damping_N_s_m @ turn.T
 

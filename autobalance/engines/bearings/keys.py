@@ -79,7 +79,7 @@ SUPPLY_KEYS = (
         None,
     ),
 )
-"""Of a recess, groove or hole under pressure."""
+"""Keys of a recess, groove or hole under pressure."""
 
 
 def _viscosity(name: str, quantity: str) -> tuple[Key, Key]:

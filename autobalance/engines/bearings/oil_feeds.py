@@ -1,4 +1,4 @@
-"""Where oil under pressure enters a journal bearing: recesses, grooves and holes, and what throttles it."""
+"""Inlets of oil under pressure into a journal bearing: recesses, grooves and holes, and their restrictors."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Orifice:
 
 @dataclass(frozen=True)
 class GivenFlow:
-    """A pump of constant flow [m³/s], whatever the pressure."""
+    """A pump of constant flow [m³/s] at any pressure."""
 
     flow_m3_s: float
 

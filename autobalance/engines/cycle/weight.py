@@ -36,7 +36,7 @@ GRAVITY = (
         "direction_deg",
         float,
         "direction of the weight in the engine's frame, counter-clockwise from x seen from +z: 180 for a "
-        "cylinder that stands upright along x",
+        "cylinder that is upright along x",
         ANY,
     ),
     Key("m_s2", float, "acceleration of free fall", POSITIVE, FREE_FALL_M_S2),

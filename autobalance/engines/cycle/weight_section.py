@@ -23,7 +23,7 @@ from autobalance.units import N_M_PER_N_MM, N_PER_G_MM_S2
 
 @record
 class MainWeight:
-    """Weight on a main bearing: of the crank with its parts, greatest and least of rods and pistons.
+    """Weight on a main bearing: of the crank with its parts, largest and smallest of rods and pistons.
 
     ``greatest_without_n``, ``least_film_without_mm``: the cycle's if nothing had weight; the film None if it
     breaks.
@@ -39,7 +39,7 @@ class MainWeight:
 
 @record
 class WeightFigures:
-    """Weight of crank, rods and pistons in the loads of the cycle, told apart; lifting mains are negative.
+    """Weight of crank, rods and pistons in the loads of the cycle, separately; lifting mains are negative.
 
     ``friction_mean_n_m`` and ``friction_without_n_m``: with the weights, and without.
     """
@@ -54,7 +54,7 @@ class WeightFigures:
 
 
 def weight_figures(cycle: CycleAnalysis, job: Job, crank: Crank) -> WeightFigures:
-    """Return what weights do to mains, films, friction and torque of a cycle."""
+    """Return the effect of weights on mains, films, friction and torque of a cycle."""
     firing, speed = cycle.firing, cycle.speed_rad_s
     weight, gravity, grid = firing.parts.weight, firing.gravity, cycle.grid
     assert weight is not None

@@ -22,7 +22,7 @@ def remarks(report: Values) -> tuple[str, ...]:
 
 
 def corrections_text(report: Values, units: DisplayUnits, zero: Zero) -> str:
-    """Return a row for each cut, and remarks below; empty where nothing is cut."""
+    """Return a row for each cut, and remarks below; empty without cuts."""
     if not report["corrections"]:
         return ""
     notes = [f"  {in_units(remark, units)}" for remark in remarks(report)]

@@ -17,12 +17,12 @@ OUTCOMES = {
     "above_tolerance": "ABOVE TOLERANCE",
 }
 FACTOR_DIGITS = (2, 4)
-"""Decimals of a balance factor, and those where two factors read alike with fewer."""
+"""Decimals of a balance factor, and those used if two factors read the same with fewer."""
 CLAUSE = "; "
 
 
 def headline(report: Values, units: DisplayUnits) -> list[str]:
-    """Return the three lines that answer the question: is it good, what is to be done, what is left."""
+    """Return the three lines of the answer: verdict, next step, and residual."""
     return [_verdict(report), _to_do(report, units), _left(report, units)]
 
 
@@ -49,7 +49,7 @@ def _to_do(report: Values, units: DisplayUnits) -> str:
 
 
 def _remedy(report: Values, units: DisplayUnits) -> str:
-    """Return what would reach the tolerance: settings where some do, else the end of the reason."""
+    """Return the remedies that reach the tolerance: settings if there are any, else the end of the reason."""
     lines = relaxation_lines(report)
     return in_units(lines[0], units) if lines else "; ".join(_clauses(report, units)[-1:])
 
@@ -108,7 +108,7 @@ def _left(report: Values, units: DisplayUnits) -> str:
 
 
 def _unproven(report: Values) -> list[str]:
-    """Return why a verdict is not proven; none where it is, or where the crank is above tolerance."""
+    """Return the reason of an unproven verdict; empty if it is proven or above tolerance."""
     if not is_unproven(report):
         return []
     if report["reason"]:

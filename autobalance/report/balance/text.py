@@ -85,12 +85,12 @@ def _too_coarse(report: Values, units: DisplayUnits) -> list[str]:
 
 
 def _doubts_that_count(report: Values, units: DisplayUnits) -> list[str]:
-    """Return what leaves a verdict open; none where it is proven."""
+    """Return the reason that leaves a verdict open; empty if it is proven."""
     return _too_coarse(report, units) if is_unproven(report) else []
 
 
 def _notes(report: Values, units: DisplayUnits) -> str:
-    """Return what changes neither verdict nor cuts."""
+    """Return the notes that change neither verdict nor cuts."""
     lines = [] if is_unproven(report) else _too_coarse(report, units)
     facets = report["crank"]["facet_error"] or {}
     if facets.get("correction") in {"applied", "mass_only"}:

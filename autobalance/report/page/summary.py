@@ -1,4 +1,4 @@
-"""Page of a command that has no page of its own: what it printed, with its table and plots."""
+"""Page of a command without a separate page: its printed text, with its table and plots."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ def read(path: str | Path, sample_rate_hz: float | None = None) -> Record:
     path : path
         A CSV, WAV, MATLAB (v5), TDMS or UFF58 file.
     sample_rate_hz : float or None
-        Sample rate of files that state none of their own [Hz].
+        Sample rate of files that state no rate [Hz].
 
     Raises
     ------

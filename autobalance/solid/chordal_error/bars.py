@@ -63,8 +63,8 @@ EITHER_SHARE = 1.05
 NEARLY_TANGENT_RAD = 0.3
 """Angle between two surfaces at a seam up to which their wedge is flat, maybe longer than their faces."""
 COARSER = 1.5
-"""A facet that turns by more than so many times the largest angle between facets of a mesh's surfaces, and
-would be deeper than so many times their largest sag, is not a chord: exporters bound one or the other."""
+"""A facet is not a chord if it turns by more than so many times the largest angle between facets of a mesh's
+surfaces, and would be deeper than so many times their largest sag. Exporters bound one or the other."""
 
 
 @dataclass(frozen=True, eq=False)

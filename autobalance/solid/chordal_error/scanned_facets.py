@@ -18,8 +18,8 @@ and 1.4 to 1.8 times the estimated unbalance. With sharp edges, at 0.7 to 2.5 mm
 to 2.0 times. That error always has the same sign: with errors of either sign it needs more room than its size
 (100 cuts planned on scans: 1.0 covered the true value 91 times)."""
 SCATTER = 0.03
-"""Where throws cancel, the estimate cancels too, but its errors from place to place do not. They left 0.01 to
-0.04 of the sum of the missing volume times its radius (inline-3, -4, v6, v8, edges of 1 to 2.6 mm)."""
+"""Share of the sum of the missing volume times its radius. If throws cancel, the estimate cancels too, but
+its errors from place to place do not. They left 0.01 to 0.04 (inline-3, -4, v6, v8, edges of 1 to 2.6 mm)."""
 WHOLE_SCATTER, WHOLE_MASS_SHARE = 0.1, 1.5
 """The same, and the mass' error bar, where edges are whole: as shares of what lacks or is too much anywhere:
 little of it adds up. The round surface of drawn facets, waved by 1 to 30 µm, is up to 1.1 of it off."""

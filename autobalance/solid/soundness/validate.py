@@ -108,9 +108,9 @@ def _refuse(solid: Solid, share: float, centre_mm: Array, limit: float) -> None:
         volume = share * solid.volume_mm3
         found, most = _told_apart(100.0 * share, 100.0 * limit)
         raise OverlapError(
-            f"the solid overlaps itself: {found} % of it counts twice, most of that at "
-            f"z = {z:.6g} mm in the file's coordinates, around ({x:.6g}, {y:.6g}, {z:.6g}) mm: "
-            f'{volume:.4g} mm³ in doubt; at most {most} % may; body = "all" unites it',
+            f"the solid overlaps itself: {found} % of it counts twice, most of that at z = {z:.6g} mm "
+            f"in the file's coordinates, around ({x:.6g}, {y:.6g}, {z:.6g}) mm: {volume:.4g} mm³ in doubt; "
+            f'at most {most} % may. Set body = "all" to unite it',
             volume,
         )
 

@@ -15,8 +15,8 @@ def add_live(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--watch",
         metavar="SOURCE",
-        help="file or serial:DEVICE[:BAUD] whose lines are followed, as [machine.line] says, until the "
-        "vectors settle; writes reading.toml (default: the machine is simulated)",
+        help="file or serial:DEVICE[:BAUD] whose lines are followed, in the form of [machine.line], until "
+        "the vectors settle; writes reading.toml (default: the machine is simulated)",
     )
     parser.add_argument(
         "--report",
