@@ -230,8 +230,9 @@ def _parser(listed: Iterable[str], is_loaded: Callable[[str], bool]) -> argparse
     parser = Parser(
         prog="autobalance",
         allow_abbrev=False,
-        description="Balances crankshafts from their solid models: measures, cuts, measures again.",
-        epilog="autobalance COMMAND --help explains each.",
+        description="Balance a crankshaft from its 3D model: plan cuts, make them in the model, measure it.",
+        epilog=FIRST_STEPS,
+        formatter_class=CommandGroups,
     )
     parser.add_argument("--version", action="version", version=f"autobalance {__version__}")
     subparsers = parser.add_subparsers(title="commands", dest="command", metavar="COMMAND", required=True)
