@@ -220,6 +220,14 @@ def _helpful(message: str, parser: argparse.ArgumentParser) -> str:
     return message
 
 
+FIRST_STEPS = """first steps:
+  autobalance inspect crank.stl --unit mm
+  autobalance init crank.stl --unit mm -o job.toml
+  autobalance balance job.toml
+
+autobalance COMMAND --help explains one command, with examples."""
+
+
 def full_parser() -> argparse.ArgumentParser:
     """Return the parser with the options of every command."""
     return _parser(VERBS, lambda _: True)
