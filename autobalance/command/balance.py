@@ -46,6 +46,7 @@ VERB = Verb(
         add_progress,
     ),
     of_crank=True,
+    most_used=("help", "output", "settings", "keep", "only", "strict", "open"),
 )
 
 

@@ -145,7 +145,9 @@ class Verb(NamedTuple):
     also : tuple of str
         Other functions, whose parameters this one takes as ``**keywords``.
     of_crank : bool
-        Whether a crank's file may stand in the place of the job, with options for the job's keys.
+        Whether a crank's file may replace the job, with options for the job's keys.
+    most_used : tuple of str
+        Destinations of the options that ``--help`` lists first; empty: it lists all in one.
     """
 
     function: str
@@ -158,6 +160,7 @@ class Verb(NamedTuple):
     notes: Callable[[], str] | None = None
     also: tuple[str, ...] = ()
     of_crank: bool = False
+    most_used: tuple[str, ...] = ()
 
     def add_arguments(self, parser: argparse.ArgumentParser) -> None:
         lines = ["examples:", *(f"  {line}" for line in self.examples)] if self.examples else []
