@@ -126,9 +126,9 @@ def test_units_of_unbalance_are_taken_as_they_are_typed(
 def test_other_units_are_refused_with_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:
     base = ("grade", "--mass", "6", "--speed-rpm", "9000", "--residual", "0.01")
     assert jobs.run(*base, "--residual-unit", "lbft") == 2
-    assert "'lbft' is none of g·mm, kg·mm" in capsys.readouterr().err
+    assert "'lbft' is not one of g·mm, kg·mm" in capsys.readouterr().err
     assert jobs.run(*base, "--mass-unit", "stone") == 2
-    assert "'stone' is none of g, kg, oz, lb" in capsys.readouterr().err
+    assert "'stone' is not one of g, kg, oz, lb" in capsys.readouterr().err
     assert jobs.run("calc", "convert_unbalance", "value=1", "unit=ozin", "to=gmm", "--json", "-") == 0
     assert json.loads(capsys.readouterr().out)["result"] == pytest.approx(720.0778874, rel=1e-9)
 
@@ -139,4 +139,4 @@ def test_a_files_unit_may_be_typed_in_or_inch(tmp_path: Path, capsys: pytest.Cap
     jobs.write_stl(path, jobs.corners_of(path) / 25.4)
     assert jobs.run("inspect", path, "--unit", "in") == 0
     assert jobs.run("inspect", path, "--unit", "furlong") == 2
-    assert "'furlong' is none of mm, cm, m, inch" in capsys.readouterr().err
+    assert "'furlong' is not one of mm, cm, m, inch" in capsys.readouterr().err

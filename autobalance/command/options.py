@@ -122,7 +122,7 @@ def kinds_of(text: str) -> tuple[str, ...]:
     kinds = tuple(word.strip() for word in text.split(",") if word.strip())
     for kind in kinds:
         if kind not in choices():
-            raise argparse.ArgumentTypeError(f"{kind!r} is none of {', '.join(choices())}")
+            raise argparse.ArgumentTypeError(f"{kind!r} is not one of {', '.join(choices())}")
     if not kinds:
         raise argparse.ArgumentTypeError(f"name at least one of {', '.join(choices())}")
     return kinds

@@ -155,7 +155,7 @@ def unbalance_unit(text: str) -> str:
 
     unit = named(text)
     if unit is None:
-        raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(G_MM_PER)} (oz-in, gmm, ...)")
+        raise argparse.ArgumentTypeError(f"{text!r} is not one of {', '.join(G_MM_PER)} (oz-in, gmm, ...)")
     return unit
 
 
@@ -164,7 +164,7 @@ def mass_unit(text: str) -> str:
     from autobalance.units import G_PER
 
     if text.lower() not in G_PER:
-        raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(G_PER)}")
+        raise argparse.ArgumentTypeError(f"{text!r} is not one of {', '.join(G_PER)}")
     return text.lower()
 
 
@@ -174,5 +174,5 @@ def length_unit(text: str) -> str:
 
     unit = {"in": "inch", '"': "inch"}.get(text.lower(), text.lower())
     if unit not in MM_PER:
-        raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(MM_PER)}")
+        raise argparse.ArgumentTypeError(f"{text!r} is not one of {', '.join(MM_PER)}")
     return unit

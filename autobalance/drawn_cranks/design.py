@@ -253,7 +253,7 @@ def preset(name: str) -> Design:
     if name not in PRESETS:
         close = difflib.get_close_matches(name, PRESETS, n=1)
         meant = f"did you mean {close[0]}? " if close else ""
-        raise JobError(f"no preset is called {name!r}; {meant}There are {', '.join(PRESETS)}")
+        raise JobError(f"no preset is called {name!r}; {meant}expected one of {', '.join(PRESETS)}")
     return PRESETS[name]
 
 

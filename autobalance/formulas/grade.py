@@ -202,7 +202,7 @@ def _check(question: _GradeArguments) -> None:
             f"{' and '.join(missing)} missing; a grade or a residual needs the rotor and its speed"
         )
     if not has_grade and not (question.mass is None and question.speed_rpm is None):
-        raise UsageError("--grade or --residual is missing; --mass and --speed-rpm alone say nothing")
+        raise UsageError("add --grade for the permissible unbalance, or --residual for the achieved grade")
     if question.planes is not None and question.grade is None:
         raise UsageError("--grade is missing; --planes share what a grade permits")
     if question.centre is not None and question.planes is None:

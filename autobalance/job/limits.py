@@ -46,7 +46,7 @@ USUAL_LIMITS = {
 PERCENT = Range("must be 0 to 100", least=0.0, most=100.0)
 PREFER = (
     'secondary objective among plans that reach the target: `"simple"` (fewest different cuts of tool and '
-    'depth, then fewest cuts, then the least metal; `"same_setup"`, in `recut`: first tools of earlier '
+    'depth, then fewest cuts, then the least metal; `"same_setup"`, default of recut: first tools of earlier '
     "stages in their own places, then these tools anywhere; cuts of holes, slugs and machine steps may leave "
     "a quarter of the permissible value for it, in `recut` minus the reading's uncertainty, "
     "and no plane may become worse)"

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from tests.golden import messages
 from tests.golden.regenerate import CASES, fresh_report, golden_file
 
 RELATIVE = 1e-6
@@ -61,3 +62,9 @@ def test_a_difference_is_seen() -> None:
         {"a": [1.0, None], "c": True},
     ):
         assert len(compare(stored, spoilt, "")) == 1
+
+
+@pytest.mark.slow
+def test_messages_are_as_stored() -> None:
+    """``python -m tests.golden.messages`` stores them."""
+    assert messages.all_messages() == messages.STORED.read_text(encoding="utf-8")

@@ -39,8 +39,8 @@ def pressed_up_layout(
     gaps = _gaps(long, axis)
     if not gaps:
         raise RecognitionError(
-            "no gap between webs and no web's face with a bore for the crankpin found: "
-            f"{len(on_axis)} cylinders on the axis, {len(runs) - len(on_axis)} beside it. "
+            "no gap between webs and no web's face with a bore for the crankpin found; cylinders: "
+            f"{len(on_axis)} on the axis, {len(runs) - len(on_axis)} beside it. "
             "Set crankpins, or crankpin_in_file = true if they are in the file"
         )
     pins = [_bore_pin(long, gap, axis, rounding_mm) for gap in gaps]
