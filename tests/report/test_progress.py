@@ -80,7 +80,7 @@ def test_no_report_writes_the_solid_and_the_json(tmp_path: Path) -> None:
 
 def test_an_unknown_kind_of_page_is_wrong_use(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert jobs.run("balance", jobs.bundled_job(tmp_path), "--only", "html,docx") == 2
-    assert "'docx' is none of json, html, pdf, xlsx, png" in capsys.readouterr().err
+    assert "'docx' is not one of json, html, pdf, xlsx, png" in capsys.readouterr().err
 
 
 def test_that_counterweights_are_too_light_stays_on_the_terminal_while_advice_goes_on() -> None:
