@@ -11,6 +11,7 @@ import copy
 import io
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -63,21 +64,21 @@ def job_messages() -> Iterator[tuple[str, str]]:
         fresh = copy.deepcopy(raw)
         yield (
             "; ".join(changed(test_job.good(), raw)),
-            said(lambda raw=fresh: job.parse(raw, Path("job.toml"))),
+            said(partial(job.parse, fresh, Path("job.toml"))),
         )
 
 
 def bearing_messages() -> Iterator[tuple[str, str]]:
     for module in (test_bearing_file, test_fed_bearing_file):
         for table in module.BAD.values():
-            yield "; ".join(changed({}, table)), said(lambda table=table: ab.bearing(copy.deepcopy(table)))
+            yield "; ".join(changed({}, table)), said(partial(ab.bearing, copy.deepcopy(table)))
 
 
 def recognition_messages() -> Iterator[tuple[str, str]]:
     for name, solid in NO_CRANKS.items():
         for in_file in (None, False):
             hint = "" if in_file is None else "; crankpin_in_file = false"
-            yield name + hint, said(lambda s=solid, f=in_file: recognise(s, Overrides(crankpin_in_file=f)))
+            yield name + hint, said(partial(recognise, solid, Overrides(crankpin_in_file=in_file)))
 
 
 def command_messages() -> Iterator[tuple[str, str]]:
