@@ -427,7 +427,7 @@ def test_no_design_that_keeps_everything_says_what_to_release(
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("radius_mm = 64.0", "radius_mm = 40.0", r"held metal stands .* mm beyond 40 mm, at \("),
+        ("radius_mm = 64.0", "radius_mm = 40.0", r"held metal is .* mm beyond 40 mm, at \("),
         ("110, 250", "100, 250", "symmetric needs its middle at 0 or 180"),
         ("points = 7", "holes = [{ centre_mm = [-31, 0], diameter_mm = 8 }]", "reaches into held metal"),
         ("points = 7", "draft_deg = 40", "draft_deg is 40; must be 0 to 30"),

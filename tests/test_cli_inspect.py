@@ -110,7 +110,7 @@ def test_several_bodies_that_are_no_crank_are_told_so(
     assert jobs.run("inspect", tmp_path / "plates.stl", "--unit", "mm") == 3
     error = capsys.readouterr().err
     assert "holds 2 bodies" in error
-    assert "together they are not a crank: no main journals found: the part has no bare cylinder" in error
+    assert "together they are not a crank: no main journals found (" in error
     assert error.count("\n") == 1
     assert jobs.run("inspect", tmp_path / "plates.stl", "--unit", "mm", "--body", "1") == 3
     assert "plates.stl: no main journals found: the part has no bare cylinder" in capsys.readouterr().err

@@ -265,7 +265,7 @@ def test_a_mistaken_reading_stops_the_next_stage(
     assert main(["recut", str(first), str(wrong), "-o", str(folder), NO_PAGES]) == 3
     error = capsys.readouterr().err
     assert error.count("\n") == 1
-    assert f"wrong.toml: {key}: the change of reading is" in error
+    assert f"wrong.toml: {key}: the change of reading differs by" in error
     assert not folder.exists()
     if cause == "exchanged":
         assert read_as_it_should_be(first, lines, tmp_path) in (0, 4)

@@ -353,7 +353,7 @@ def test_the_tutorial_tells_how_sure_it_is(tmp_path: Path) -> None:
         )
         found[method] = jobs.computed(job, tmp_path / method / "out", code=code)
     shoulder = shares(found["shoulder"])
-    assert f"off by {found['shoulder']['residual']['uncertainty_g_mm']:.2f} g·mm" in page
+    assert f"uncertainty is {found['shoulder']['residual']['uncertainty_g_mm']:.2f} g·mm" in page
     assert f"{shoulder['depth']:.2f} for the depth, {shoulder['density']:.2f} for the density" in page
     assert f"{shoulder['weights']:.2f} for the piston" in page
     assert f"worth {shares(found['drill'])['depth']:.1f} g·mm" in page

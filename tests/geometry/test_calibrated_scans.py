@@ -138,8 +138,8 @@ def test_a_diameter_that_no_journal_has_is_refused() -> None:
     [
         ({"calibrate": "skin"}, "expected weighed_g or micrometer_mm beside it"),
         ({"calibrate": "density", "micrometer_mm": {"crankpin": 32.0}}, "expected weighed_g beside it"),
-        ({"weighed_pm_g": 0.5}, "weighed_pm_g stands alone"),
-        ({"micrometer_pm_mm": 0.002}, "micrometer_pm_mm stands alone"),
+        ({"weighed_pm_g": 0.5}, "weighed_pm_g needs weighed_g"),
+        ({"micrometer_pm_mm": 0.002}, "micrometer_pm_mm needs micrometer_mm"),
         ({"weighed_g": -1.0}, "weighed_g"),
         ({"calibrate": "skni", "weighed_g": 1.0}, "did you mean 'skin'"),
     ],

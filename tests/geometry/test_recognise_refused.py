@@ -155,7 +155,7 @@ def test_round_webs_beside_the_axis_are_no_crankpins(aside_mm: float) -> None:
 def test_halves_apart_are_no_crank_with_its_crankpin() -> None:
     webs = [disc(48.0, low, low + 16.0, -3.0) for low in (40.0, 72.0)]
     halves = union([*webs, disc(14.0, 0.0, 41.0), disc(14.0, 87.0, 130.0)])
-    with pytest.raises(RecognitionError, match=r"found a gap without metal .* crankpin_in_file = false"):
+    with pytest.raises(RecognitionError, match=r"there is no metal .* crankpin_in_file = false"):
         recognise(halves, Overrides(crankpin_in_file=True))
 
 

@@ -144,7 +144,7 @@ def test_keep_open_goes_with_fill_holes() -> None:
     from autobalance.job.read_crankshaft import read_crankshaft
 
     raw = {"file": "a.stl", "unit": "mm", "density_kg_m3": 7850.0, "keep_open": [[0.0, 0.0, 0.0]]}
-    with pytest.raises(JobError, match="keep_open stands alone"):
+    with pytest.raises(JobError, match="keep_open needs fill_holes_mm"):
         read_crankshaft(raw, Path())
 
 

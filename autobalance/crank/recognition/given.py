@@ -20,11 +20,11 @@ def without_given_keys(text: str, overrides: Overrides) -> str:
     Recognition is skipped only where both exist; the key that is there is not requested again.
     """
     hints_by_name = {name: getattr(overrides, name) for name in ("main_journals", "crankpins")}
-    fault, _, advice = text.rpartition(". ")
+    fault, remedy, advice = text.rpartition(". Set ")
     (there, hints), *more = [(name, hints) for name, hints in hints_by_name.items() if hints is not None] or [
         ("", ())
     ]
-    if more or not there or there not in advice:
+    if more or not remedy or not there or there not in advice:
         return text
     missing = [name for name in hints_by_name if name != there]
     if there == "main_journals" and len(hints) < 2 and overrides.axis_direction is None:
