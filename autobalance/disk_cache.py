@@ -9,19 +9,22 @@ so that results are the same to the bit.
 from __future__ import annotations
 
 import hashlib
+import io
 import os
 import secrets
+import shutil
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TypeVar
+from typing import IO, TypeVar
 
 from autobalance.errors import UsageError
 from autobalance.user_folders import cache_folder
-from autobalance.value_codec import CodecError, from_bytes, to_bytes
+from autobalance.value_codec import CodecError, from_bytes, read, to_bytes, write
 from autobalance.version import __version__
 
 LIMIT_VARIABLE = "AUTOBALANCE_CACHE_MB"
@@ -34,6 +37,8 @@ TEMPORARY = ".part-"
 STALE_S = 3600.0
 """Age from which a temporary file is the leftover of a run that was killed."""
 DIGEST = hashlib.sha256
+PIECE = 1 << 20
+"""Bytes that are copied at once."""
 T = TypeVar("T")
 
 
@@ -61,11 +66,21 @@ def kept(kind: str, key: str, work: Callable[[], T]) -> T:
             return found
     except (OSError, CodecError):  # none there, spoilt, or taken out by another process: read anew
         pass
-    data = to_bytes(work())
-    if path is not None:
-        _write(path, data, limit)
-    made: T = from_bytes(data)
-    return made
+    with _scratch() as stream:
+        write(work(), stream)
+        if path is not None:
+            _write(path, stream, limit)
+        stream.seek(0)
+        made: T = read(stream)
+        return made
+
+
+def _scratch() -> IO[bytes]:
+    """Return a temporary file for a value on its way: in memory a large mesh would be there three times."""
+    try:
+        return tempfile.TemporaryFile()
+    except OSError:  # no folder takes one
+        return io.BytesIO()
 
 
 def digest_of(value: object) -> str:
@@ -150,15 +165,22 @@ def _read(path: Path) -> memoryview:
     return whole[size:]
 
 
-def _write(path: Path, data: bytes, limit: float) -> None:
+def _write(path: Path, stream: IO[bytes], limit: float) -> None:
     """Write an entry whole or not at all; a folder that takes nothing costs time, no result."""
-    if len(data) > limit:
+    if stream.seek(0, io.SEEK_END) > limit:
         return
+    digest = DIGEST()
+    stream.seek(0)
+    while piece := stream.read(PIECE):
+        digest.update(piece)
     temporary = path.with_name(f"{TEMPORARY}{os.getpid()}-{secrets.token_hex(8)}")
     with suppress(OSError):
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         try:
-            temporary.write_bytes(DIGEST(data).digest() + data)
+            with temporary.open("wb") as target:
+                target.write(digest.digest())
+                stream.seek(0)
+                shutil.copyfileobj(stream, target, PIECE)
             temporary.replace(path)
         finally:
             temporary.unlink(missing_ok=True)

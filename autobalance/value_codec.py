@@ -13,7 +13,7 @@ import io
 import json
 from dataclasses import fields, is_dataclass
 from importlib import import_module
-from typing import Any
+from typing import IO, Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -45,13 +45,24 @@ def to_bytes(value: object) -> bytes:
     CodecError
         If something in it is of no kind that can be kept.
     """
+    stream = io.BytesIO()
+    write(value, stream)
+    return stream.getvalue()
+
+
+def write(value: object, stream: IO[bytes]) -> None:
+    """Write a value to a stream as bytes.
+
+    Raises
+    ------
+    CodecError
+        If something in it is of no kind that can be kept.
+    """
     encoder = _Encoder()
     plan = json.dumps(encoder.plan(value), separators=(",", ":"))
     arrays: dict[str, Any] = {str(place): array for place, array in enumerate(encoder.arrays)}
     arrays[PLAN] = np.frombuffer(plan.encode("utf-8", "surrogatepass"), np.uint8)
-    stream = io.BytesIO()
     np.savez(stream, **arrays)
-    return stream.getvalue()
 
 
 def from_bytes(data: bytes | memoryview) -> Any:
@@ -62,8 +73,13 @@ def from_bytes(data: bytes | memoryview) -> Any:
     CodecError
         If they hold none.
     """
+    return read(io.BytesIO(data))
+
+
+def read(stream: IO[bytes]) -> Any:
+    """Return the value of the bytes of a stream, as ``from_bytes`` does."""
     try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
+        with np.load(stream, allow_pickle=False) as archive:
             plan = json.loads(archive[PLAN].tobytes().decode("utf-8", "surrogatepass"))
             arrays = [archive[str(place)] for place in range(len(archive.files) - 1)]
         return _Decoder(arrays).value(plan)

@@ -106,7 +106,7 @@ def test_a_mesh_too_coarse_for_the_grade_is_told_and_how_fine_it_would_have_to_b
 ) -> None:
     coarse = generated_report(tmp_path / "coarse", 32, "false", 16.0)["crank"]["facet_error"]
     assert coarse["too_coarse"]["text"].startswith("the mesh is too coarse for G 16: its facets put ")
-    assert coarse["too_coarse"]["text"] in capsys.readouterr().out.splitlines()
+    assert coarse["too_coarse"]["text"].replace("; ", " ") in " ".join(capsys.readouterr().out.split())
     finer = math.ceil(32 * coarse["too_coarse"]["finer"]) + 2
     assert coarse["too_coarse"]["needed_sag_mm"] == pytest.approx(
         coarse["sag_mm"] / coarse["too_coarse"]["finer"] ** 2

@@ -23,7 +23,8 @@ from tests.unit.test_solid_stl import ascii_stl
 
 Report = dict[str, Any]
 MESHES = [name for name, kind in FORMATS.items() if not kind.exact]
-CARRY = {"3mf": "millimeter", "glb": "m"}
+CARRY = {"3mf": "millimeter", "glb": "m", "gltf": "m"}
+IN_METRES = ("glb", "gltf")
 """Formats that carry their unit."""
 U_PER_SHARE = 0.011
 """The aim, 1 % of the permissible unbalance, and what rounding to float32 adds."""
@@ -116,7 +117,7 @@ def test_a_unit_is_required_where_the_format_carries_none(
 def test_another_unit_than_the_file_carries_is_an_error(
     name: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    scale = 1000.0 if name == "glb" else 1.0
+    scale = 1000.0 if name in IN_METRES else 1.0
     job = job_on(tmp_path, name, encode(crank_mesh(), name, scale), "inch")
     assert jobs.run("balance", job) == 3
     assert f"the file is in {said}, the unit given is inch" in capsys.readouterr().err
@@ -126,7 +127,7 @@ def test_another_unit_than_the_file_carries_is_an_error(
 @pytest.mark.parametrize("name", MESHES)
 def test_inspect_reads_every_format(name: str, tmp_path: Path, plain: Report) -> None:
     path = tmp_path / f"crank.{name.upper()}"  # endings in capitals are endings too
-    path.write_bytes(encode(crank_mesh(), name, 1000.0 if name == "glb" else 1.0))
+    path.write_bytes(encode(crank_mesh(), name, 1000.0 if name in IN_METRES else 1.0))
     unit = [] if name in CARRY else ["--unit", "mm"]
     assert (
         jobs.run("inspect", path, *unit, "--body", "all", "--no-crankpin", "--json", tmp_path / "r.json") == 0
@@ -183,7 +184,7 @@ def pieces() -> tuple[Solid, list[Solid]]:
 
 
 def body_job(folder: Path, name: str, mesh: Mesh, body: str) -> Path:
-    data = encode(mesh, name, 1000.0 if name == "glb" else 1.0)
+    data = encode(mesh, name, 1000.0 if name in IN_METRES else 1.0)
     (folder / f"crank.{name}").write_bytes(data)
     unit = "" if name in CARRY else 'unit = "mm"'
     job = folder / "job.toml"

@@ -152,10 +152,10 @@ SINGLE: dict[str, Any] = {
     "cycle": {
         "strokes": 4,
         "bore_mm": 76.8,
-        "compression_ratio": 13.0,
-        "heat_J": 900.0,
+        "compression_ratio": 8.0,
+        "heat_J": 400.0,
         "start_deg": -15.0,
-        "duration_deg": 50.0,
+        "duration_deg": 90.0,
         "wall_heat": "woschni",
         "gamma_per_K": 7e-5,
         "flywheel_kg_mm2": 40000.0,

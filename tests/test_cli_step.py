@@ -158,7 +158,7 @@ def test_inspect_measures_true_surfaces(folder: Path, capsys: pytest.CaptureFixt
         along = np.abs(face["normal"])
         assert along.max() > 1.0 - 1e-12 or along[2] < 1e-9
     assert jobs.run("inspect", folder / "crank.step") == 0
-    said = capsys.readouterr().out
+    said = " ".join(capsys.readouterr().out.split())
     assert "crank.step: true surfaces (25 planes, 14 cylinders, 1 cone, 4 tori), 1 body, closed" in said
 
 

@@ -158,7 +158,7 @@ def test_exit_codes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert found["within"] == sum(row.endswith(",1") for row in series.read_text().splitlines())
     assert found["reason"]
     assert main(["study", job, *quick, "--target", "0.01"]) == 0
-    assert "cranks are within tolerance" in capsys.readouterr().out
+    assert "WITHIN TOLERANCE: " in capsys.readouterr().out
     assert main(["study", written(tmp_path, CERTAIN, "certain.toml")]) == 3
     said = capsys.readouterr().err
     assert "density_pm_kg_m3" in said
@@ -167,13 +167,28 @@ def test_exit_codes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "study.position_mm is an unknown key" in capsys.readouterr().err
 
 
+def alike(one: Any, other: Any) -> None:
+    """Hold two results to each other, but for the last digits of sums."""
+    if isinstance(one, dict):
+        assert one.keys() == other.keys()
+        for key, value in one.items():
+            alike(value, other[key])
+    elif isinstance(one, list):
+        for each, like in zip(one, other, strict=True):
+            alike(each, like)
+    elif isinstance(one, float):
+        assert one == pytest.approx(other, rel=1e-9)
+    else:
+        assert one == other
+
+
 @pytest.mark.slow
 def test_a_report_is_studied_as_it_stands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     budget(JOB, tmp_path)
     path = tmp_path / "out" / "report.json"
     of_report, of_job = (study(str(p), samples=200, exact=0).report for p in (path, tmp_path / "job.toml"))
     assert len(of_report["nominal"]["report_sha256"]) == 64
-    assert of_report["percentiles"] == of_job["percentiles"]
+    alike(of_report["percentiles"], of_job["percentiles"])
     other = path.read_text("utf-8").replace('"depth_mm": ', '"depth_mm": 1')
     (tmp_path / "out" / "other.json").write_text(other, "utf-8")
     assert main(["study", str(tmp_path / "out" / "other.json")]) == 3

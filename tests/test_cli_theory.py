@@ -486,7 +486,7 @@ def test_grade_alone_lists_the_grades(capsys: pytest.CaptureFixture[str]) -> Non
     [
         (["--grade", "6.3"], "--mass and --speed-rpm missing"),
         (["--residual", "1", "--mass", "100"], "--speed-rpm missing"),
-        (["--mass", "100", "--speed-rpm", "100"], "--grade or --residual is missing"),
+        (["--mass", "100", "--speed-rpm", "100"], "add --grade for the permissible unbalance, or --residual"),
         (["--grade=-1", "--mass", "1", "--speed-rpm", "1"], "--grade is -1; must be > 0"),
         (["--residual=-1", "--mass", "1", "--speed-rpm", "1"], "--residual is -1; must be ≥ 0"),
         (["--residual", "1", "--mass", "1", "--speed-rpm", "1", "--planes", "0", "1"], "--grade is missing"),
@@ -540,7 +540,7 @@ def test_without_a_rod_length_a_balance_report_has_the_first_order_alone(
 ) -> None:
     more(job, "", "rod_length_mm = 104.0\n")
     out = job.parent / "out"
-    assert main(["balance", str(job), "-o", str(out), "--no-report"]) == 0
+    assert main(["balance", str(job), "-o", str(out), "--no-report", "--verbose"]) == 0
     assert "against it" in capsys.readouterr().out
     forces = json.loads((out / "report.json").read_text("utf-8"))["forces"]
     assert forces["after"]["greatest_n"] is None

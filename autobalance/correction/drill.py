@@ -114,6 +114,7 @@ class Drill(HoleKind[DrillLimits]):
     search_levels = 2
     finishes = True
     settings = ("direction", "point_angle_deg")
+    described_by = ("web", "diameter_mm")
 
     def at_place(self, work: Workpiece, limits: DrillLimits, item: Item) -> Sequence[DrillCut]:
         """Return the holes that fit at a listed one's place; none for a deepened one: a search finds it."""

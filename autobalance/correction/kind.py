@@ -155,6 +155,8 @@ class Kind(ABC, Generic[L]):
         Whether one look finds all its cuts wherever the unbalance lies: faces and rims.
     pressed_in : (str, str) or None
         Keys of the details that hold mass [g] and centre (3,) [mm] of what is pressed in.
+    described_by : tuple of str
+        Keys without which a listed cut is not described; what may stand for another ``completed`` asks for.
     settings : tuple of str
         Limits that are a cut's own values too: a listed cut must have the value of the job.
     """
@@ -175,6 +177,7 @@ class Kind(ABC, Generic[L]):
     pressed_in: ClassVar[tuple[str, str] | None] = None
     offers_all: ClassVar[bool] = False
     settings: ClassVar[tuple[str, ...]] = ()
+    described_by: ClassVar[tuple[str, ...]] = ()
 
     # --- cuts -------------------------------------------------------------------------------------------
 

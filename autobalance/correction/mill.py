@@ -270,6 +270,7 @@ class Mill(Kind[MillLimits]):
     needs_faces = True
     mixed_with = ("drill",)
     settings = ("cutter_mm",)
+    described_by = ("web", "face_z_mm", "inner_radius_mm", "outer_radius_mm", "start_deg", "end_deg")
 
     def offer(self, work: Workpiece, limits: MillLimits, search_level: int) -> Candidates:
         """Return the pockets that a job's limits allow, and the pairs of them too near to each other."""

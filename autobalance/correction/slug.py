@@ -139,6 +139,7 @@ class Slug(HoleKind[SlugLimits]):
     )
     pressed_in = ("slug_mass_g", "slug_centre_mm")
     settings = ("direction", "density_kg_m3")
+    described_by = ("web", "diameter_mm", "length_mm")
 
     def open_keys(self, item: Item) -> Mapping[str, Any]:
         """Return the limits of a listed slug: its own size and metal, and no walls."""

@@ -42,8 +42,8 @@ LISTED_CUTS = Key(
         Key("inward", tuple[float, float, float], "holes: the feed; its z is enough", default=None),
         Key("deepened_from_mm", float, "drill: depth of the hole that is deepened", POSITIVE, None),
         Key("fills_a_hole", bool, "slug: pressed into an existing hole", default=False),
-        Key("cutter_mm", float, "mill", POSITIVE, None, usual="twice corner_radius_mm"),
-        Key("corner_radius_mm", float, "mill", POSITIVE, None, usual="that of the cutter"),
+        Key("cutter_mm", float, "mill: its diameter", POSITIVE, None, usual="twice corner_radius_mm"),
+        Key("corner_radius_mm", float, "mill: radius of its corners", POSITIVE, None, usual="the cutter"),
         Key("side", int, "mill: 1 from +z, -1 from -z", default=None, usual="of position_mm"),
         Key("face_z_mm", float, "mill: z of the cheek", default=None),
         Key("inner_radius_mm", float, "mill: smallest radius of the pocket", NOT_NEGATIVE, None),
@@ -86,14 +86,6 @@ LISTED_CUTS = Key(
     ),
 )
 """A listed cut: what a kind needs to rebuild it; the rest of a report's entry may stay where it is copied."""
-NEEDED = {
-    "drill": ("web", "diameter_mm"),
-    "slug": ("web", "diameter_mm", "length_mm"),
-    "mill": ("web", "face_z_mm", "inner_radius_mm", "outer_radius_mm", "start_deg", "end_deg"),
-    "shoulder": ("face",),
-    "add": ("face",),
-}
-"""Keys without which a listed cut is not described; alternatives are checked by the kind."""
 
 
 def kinds_listed(values: Values) -> tuple[str, ...]:
@@ -112,7 +104,7 @@ def kinds_listed(values: Values) -> tuple[str, ...]:
         )
     for item in numbered_cuts(values):
         where, kind = f"correction.cut[{item['number']}]", item["kind"]
-        for key in NEEDED.get(kind, ()):
+        for key in KINDS[kind].described_by:
             if key not in item:
                 raise JobError(f"{where}.{key} is missing; a cut of kind {kind} needs it")
         depth = item["depth_mm"]

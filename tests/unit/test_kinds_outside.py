@@ -18,8 +18,12 @@ WRITE_JOBS = {
     "command/init.py",
     "profile_search/written_job.py",
     "profile_search/input.py",
+    "dialogue/questions.py",
+    "job/from_options.py",
+    "job/listed_cuts.py",
+    "job/read.py",
 }
-"""Files that write jobs, in which one method has to be named."""
+"""Files that write jobs, in which one method has to be named, or list keys of a report."""
 LIMITS = {kind.limits.__name__ for kind in KINDS.values()}
 
 

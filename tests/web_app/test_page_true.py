@@ -158,7 +158,7 @@ def test_nothing_moves_when_a_field_has_the_focus(page: Browser) -> None:
 
 
 def test_a_reading_waits_for_its_numbers_and_is_there_again(page: Browser, project: Served) -> None:
-    page.run("localStorage.removeItem('autobalance-shop')")
+    page.run("localStorage.clear()")
     reloaded(page)
     page.click_on(at("tab-machine"))
     runs = len(project.ask("/api/runs").json["runs"])

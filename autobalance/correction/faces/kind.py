@@ -29,6 +29,7 @@ class FaceKind(Kind[L], ABC):
     search_levels = 3
     needs_faces = True
     offers_all = True
+    described_by = ("face",)
     usual_depth_mm: ClassVar[float | None] = None
     """Largest depth if the job states no depth; None: limited by the metal."""
 

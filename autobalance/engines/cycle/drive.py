@@ -349,7 +349,7 @@ def tooth_orders(drive: Drive) -> dict[float, float]:
     >>> from dataclasses import replace
     >>> chain = Drive("", "chain", 0.0, 40.0, 0.0, 16, 0.0, 0.0, 0.0, 1.0, None, 0.0, False)
     >>> {order: round(share, 5) for order, share in tooth_orders(chain).items()}
-    {16.0: 0.0081}
+    {16.0: 0.00791}
     """
     if drive.teeth is None:
         return {}

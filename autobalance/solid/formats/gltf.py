@@ -50,6 +50,8 @@ def packed(data: bytes, folder: Path) -> bytes:
     FileError
         If a buffer is missing, or lies outside of the folder.
     """
+    if data[:4] == MAGIC.to_bytes(4, "little"):  # some programs give a GLB this ending
+        return data
     try:
         document = json.loads(data)
         buffers = document.get("buffers", [])
@@ -64,8 +66,7 @@ def packed(data: bytes, folder: Path) -> bytes:
     except (ValueError, RecursionError, KeyError, IndexError, TypeError, AttributeError) as error:
         if isinstance(error, FormatError | FileError):
             raise
-        what = f"{type(error).__name__} {str(error)[:60]}"
-        raise FormatError(f"the glTF file is not as glTF 2.0 needs: {what}") from None
+        raise FormatError(f"the glTF file is not as glTF 2.0 needs: {str(error)[:60]}") from None
     document["buffers"] = [{"byteLength": len(binary)}]
     text = json.dumps(document).encode()
     text += b" " * (-len(text) % ALIGNED)

@@ -147,7 +147,6 @@ def read(
             "source",
             lambda: (_sha256(file_bytes(path)), type(body), *how),
             None,
-            # one by one: a tuple of arguments would hold the file's bytes while the solid is built
             lambda: _kept_source(path, how),
         )
     except (FormatError, SolidError) as error:
@@ -157,7 +156,12 @@ def read(
 def _kept_source(path: Path, how: How) -> Source:
     """Return the solid of a file, from the cache where its bytes were read before in the same way."""
     key = repr((_sha256(file_bytes(path)), *how))
-    return replace(kept("source", key, lambda: source_of_bytes(file_bytes(path), *how)), key=key)
+    name, unit, body, pressed_up, unite, holes = how
+    # one by one: *how would hold the file's bytes in a tuple while the solid is built
+    found = kept(
+        "source", key, lambda: source_of_bytes(file_bytes(path), name, unit, body, pressed_up, unite, holes)
+    )
+    return replace(found, key=key)
 
 
 def source_of_bytes(
