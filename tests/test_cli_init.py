@@ -129,7 +129,7 @@ def test_a_wrong_cell_is_named(crank: Path, capsys: pytest.CaptureFixture[str]) 
     assert "Job!B" in changed("balance.grade", "fine")
     assert "balance.grade is 'fine'; must be a number" in changed("balance.grade", "fine")
     assert "balance.graed is an unknown key" in changed("balance.grade", 6.3, "balance.graed")
-    assert "stands in Job!B" in changed("balance.grade", 6.3, "balance.factor")
+    assert "is in Job!B" in changed("balance.grade", 6.3, "balance.factor")
     assert "is a formula without a stored value" in changed("balance.grade", "=6+0.3")
     assert "has no sheet 'Job'" in _without_sheet(capsys)
 

@@ -108,7 +108,7 @@ def test_a_scan_of_another_crank_is_refused(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
-        ({"scan_unit": "mm"}, "scan_unit stands alone; expected scan_file"),
+        ({"scan_unit": "mm"}, "scan_unit needs scan_file"),
         ({"file": "a.3mf", "unit": None, "scan_file": "b.stl"}, "crankshaft.scan_unit is missing; STL"),
         ({"scan_file": ""}, "scan_file is empty; must name the file of a scan"),
     ],

@@ -20,7 +20,7 @@ def test_every_name_is_a_schema(capsys: pytest.CaptureFixture[str]) -> None:
         assert jobs.run("schema", name) == 0
         Draft202012Validator.check_schema(json.loads(capsys.readouterr().out))
     assert jobs.run("schema", "jobz") == 2
-    assert "there are job, reading" in capsys.readouterr().err
+    assert "choose one of job, reading" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("path", JOBS, ids=lambda path: path.stem)

@@ -145,7 +145,7 @@ def test_the_torque_is_written_by_angle(
         ({"engine": {"job": "j", "speeds_rpm": []}}, "at least one speed"),
         ({"variant": [{"factor": 2.0}]}, r"\[engine\] is missing"),
         ({"engine": {"job": "j"}, "variant": [{"factor": 2.0}]}, "factor"),
-        ({"engine": {"job": "j"}, "variant": [{"name": "a"}, {"name": "a"}]}, "stands twice"),
+        ({"engine": {"job": "j"}, "variant": [{"name": "a"}, {"name": "a"}]}, "are called"),
     ],
 )
 def test_what_is_refused(change: dict[str, Any], message: str) -> None:

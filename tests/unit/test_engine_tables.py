@@ -185,7 +185,7 @@ def test_final_holes_take_off_what_they_are_asked_to() -> None:
 
 @pytest.mark.parametrize("overbalance", [-1.0, 5000.0])
 def test_a_hole_past_the_axis_is_refused(overbalance: float) -> None:
-    with pytest.raises(ValueError, match="takes off 0 to 4439 g·mm"):
+    with pytest.raises(ValueError, match="removes 0 to 4439 g·mm"):
         final_hole_depth_mm(overbalance, 20.0, 60.0, 7850.0)
 
 

@@ -227,7 +227,7 @@ def spoilt(number: int, **keys: Any) -> dict[str, Any]:
         (spoilt(0, g=1.0), "trial[1].g is given with g_mm"),
         (spoilt(1, readings=changed()["initial"]), "trial[2]: changes nothing"),
         (changed(plane=[{"plane": 3}]), "plane[1].plane is 3; no trial is in that plane: 1, 2"),
-        (changed(plane=[{"plane": 1}, {"plane": 1}]), "plane[2].plane is 1 again"),
+        (changed(plane=[{"plane": 1}, {"plane": 1}]), "plane[2].plane is 1 twice"),
         (changed(plane=[{"plane": 1, "angles_deg": []}]), "plane[1].angles_deg is an empty list"),
         (
             written(np.array([[1.0, 1.0], [1.0, 1.0 + 1e-5]], dtype=complex), np.array([1.0 + 0j, 1.0 + 0j])),

@@ -377,7 +377,7 @@ WRONG: dict[str, tuple[Edit, str]] = {
         "rod.pn is an unknown key; known here: g, pm",
     ),
     "throw number": (put("engine.throw", [{}]), "engine.throw[1].number is missing"),
-    "throw twice": (put("engine.throw", [{"number": 1}, {"number": 1}]), "throw[2].number is 1 again"),
+    "throw twice": (put("engine.throw", [{"number": 1}, {"number": 1}]), "throw[2].number is 1 twice"),
     "throw key": (put("engine.throw", [{"number": 1, "rod": 2}]), "engine.throw[1].rod is an unknown key"),
     "attached": (put("engine.attached", [{"name": "x"}]), "engine.attached[1].mass_g is missing"),
     "pin twice": (put("engine.crankpin_g", {"crankpin": 114.65}), "the crankpin would count twice"),
