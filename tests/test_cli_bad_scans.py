@@ -98,7 +98,7 @@ CASES: dict[str, tuple[Callable[[Path], Path], str, str]] = {
     "half a crank, closed": (
         _half_closed,
         "of the surface: half a crank, or its stand with it?",
-        "settles it",
+        "Set main_journals",
     ),
     "metres": (_metres, "the crank is 0.152", "is its unit m?"),
     "crank and stand": (_on_a_stand, "the file holds 2 bodies", "expected body = a number"),

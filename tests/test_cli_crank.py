@@ -226,7 +226,11 @@ def test_the_readmes_own_crank_path_ends_in_a_verified_result(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     readme = (jobs.ROOT / "README.md").read_text(encoding="utf-8")
-    lines = [shlex.split(line, comments=True) for line in readme.splitlines() if "autobalance " in line]
+    lines = [
+        shlex.split(line, comments=True)
+        for line in readme.replace("\\\n", " ").splitlines()
+        if "autobalance " in line
+    ]
     made = next(line for line in lines if line[:2] == ["autobalance", "generate"])
     own = next(line for line in lines if line[:3] == ["autobalance", "balance", "crank.stl"])
     assert jobs.run(*made[1:]) == 0

@@ -114,7 +114,7 @@ def gathered_in_base_units(values: Mapping[str, Any], faults: Faults, path: str 
     for key, value in values.items():
         converted[key] = value
         with faults.gathered():
-            converted[key] = _converted(key, value, f"{path}.{key}" if path else key, faults)
+            converted[key] = _converted(str(key), value, f"{path}.{key}" if path else key, faults)
     return converted
 
 

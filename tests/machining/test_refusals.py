@@ -159,7 +159,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "crankpin": (nc_jobs.machine(zero={"angle": "crankpin 9", "z_mm": 0.0}), 'zero.angle is "crankpin 9"'),
     "no tools": (nc_jobs.machine(tool=[]), "[[tool]] is missing"),
     "datum": (nc_jobs.machine(zero={"angle": 0.0, "z_mm": "G"}), 'zero.z_mm is "G"'),
-    "code": (nc_jobs.machine(rotary={"unclamp": "M11"}), "LinuxCNC does not know"),
+    "code": (nc_jobs.machine(rotary={"unclamp": "M11"}), "not a code of LinuxCNC"),
     "travel": (
         nc_jobs.machine(machine={"post": "fanuc", "max_rpm": 8000, "travel_mm": [100.0, 400.0, 400.0]}),
         "of X for the crank",

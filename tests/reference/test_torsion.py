@@ -286,7 +286,7 @@ TWO: Values = {"inertia": [{"kg_mm2": 1}, {"kg_mm2": 2}], "spring": [{"N_m_rad":
 @pytest.mark.parametrize(
     ("file", "words"),
     [
-        ({"spring": []}, r"\[\[spring\]\] stands 0 times; 2 inertias need 1"),
+        ({"spring": []}, r"there are 0 \[\[spring\]\] tables; 2 inertias need 1"),
         ({"inertia": [{"kg_mm2": 0}, {"kg_mm2": 1}]}, r"inertia\[1\].kg_mm2 is 0; must be > 0"),
         ({"spring": [{"N_m_rad": -1}]}, "N_m_rad is -1; must be ≥ 0"),
         ({"excitation": [{"station": 3, "order": 1, "N_m": 1}]}, "station is 3; there are 2 stations"),

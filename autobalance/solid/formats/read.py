@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from autobalance.disk_cache import kept
-from autobalance.errors import BodiesError, FormatError, OverlapError, SolidError
+from autobalance.errors import BodiesError, FormatError, OverlapError, SolidError, file_errors
 from autobalance.known import once
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.self_overlap import united
@@ -145,7 +145,7 @@ def read(
     try:
         return once(
             "source",
-            lambda: (_sha256(file_bytes(path)), type(body), *how),
+            lambda: (_digest(path), type(body), *how),
             None,
             lambda: _kept_source(path, how),
         )
@@ -153,9 +153,17 @@ def read(
         raise _named(path, error) from None
 
 
+def _digest(path: Path) -> str:
+    """Return the SHA-256 of a file's bytes, read piece by piece: freed whole, they would split the heap."""
+    if path.suffix.lower() == ".gltf" or not path.is_file():
+        return _sha256(file_bytes(path))
+    with file_errors(f"read {path}"), path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
 def _kept_source(path: Path, how: How) -> Source:
     """Return the solid of a file, from the cache where its bytes were read before in the same way."""
-    key = repr((_sha256(file_bytes(path)), *how))
+    key = repr((_digest(path), *how))
     name, unit, body, pressed_up, unite, holes = how
     # one by one: *how would hold the file's bytes in a tuple while the solid is built
     found = kept(
