@@ -30,10 +30,18 @@ STATUS_TEXTS = {
 """Meanings of manifold3d's status of a body."""
 
 
+def _run(triangles: int, number: int) -> dict[str, Any]:
+    """Return the arguments of manifold3d's mesh that give all of its triangles one number."""
+    return {
+        "run_index": np.array([0, 3 * triangles], dtype=np.uint64),
+        "run_original_id": np.array([number], dtype=np.uint32),
+    }
+
+
 class Solid:
     """Closed, outward, non-overlapping body, which may be empty (``is_empty``)."""
 
-    __slots__ = ("_built", "_mesh", "_volume_mm3")
+    __slots__ = ("_built", "_id", "_mesh", "_volume_mm3")
 
     def __init__(self, body: m3.Manifold) -> None:
         """Take a manifold3d body; use the named constructors instead."""
@@ -41,6 +49,7 @@ class Solid:
             status = _status_name(body)
             raise SolidError(f"the solid is not valid: {STATUS_TEXTS.get(status, status)}")
         self._built: m3.Manifold | None = body
+        self._id: int | None = None
         self._mesh: Mesh | None = None
         self._volume_mm3: float | None = None
 
@@ -48,12 +57,12 @@ class Solid:
     def _body(self) -> m3.Manifold:
         """The manifold3d body, built on first use where only the mesh was given."""
         if self._built is None:
-            self._built = Solid.from_mesh(self.mesh)._body
+            self._built = Solid.from_mesh(self.mesh, self._id)._body
         return self._built
 
     @classmethod
-    def from_mesh(cls, mesh: Mesh) -> Solid:
-        """Build a solid from a closed, outward mesh.
+    def from_mesh(cls, mesh: Mesh, number: int | None = None) -> Solid:
+        """Build a solid from a closed, outward mesh; ``number`` is the kernel's for it, None: the next one.
 
         Raises
         ------
@@ -67,7 +76,8 @@ class Solid:
             raise SolidError(f"the mesh does not bound a solid: {odd}")
         vertices = np.require(mesh.vertices, np.float64, ["C", "W"])
         triangles = np.require(mesh.triangles, np.int64, ["C", "W"]).view(np.uint64)
-        body = m3.Manifold(m3.Mesh64(vertices, triangles))
+        runs = {} if number is None else _run(len(triangles), number)
+        body = m3.Manifold(m3.Mesh64(vertices, triangles, **runs))
         if body.status() != m3.Error.NoError:
             raise SolidError(f"the mesh does not bound a solid: {_status_name(body)}")
         solid = cls(body)
@@ -97,7 +107,8 @@ class Solid:
         It takes no time before it is cut: building one of a million triangles takes longer than cutting it.
         """
         solid = cls.__new__(cls)
-        solid._built, solid._mesh, solid._volume_mm3 = None, mesh, mesh_moments(mesh, 1.0).mass_g
+        solid._built, solid._id, solid._mesh = None, None, mesh
+        solid._volume_mm3 = mesh_moments(mesh, 1.0).mass_g
         return solid
 
     @classmethod
@@ -161,9 +172,14 @@ class Solid:
 
     @classmethod
     def from_plain(cls, plain: tuple[Mesh, float]) -> Solid:
-        """Return the solid of ``to_plain``; manifold3d builds its body when it is first cut."""
+        """Return the solid of ``to_plain``; manifold3d builds its body when it is first cut.
+
+        Its number is taken now: booleans list the triangles of the body with the lesser number first, and the
+        last digits of what is measured would hang on whether something was looked at before the tools were made.
+        """
         solid = cls.__new__(cls)
-        solid._built, (solid._mesh, solid._volume_mm3) = None, plain
+        solid._built, solid._id = None, int(m3.Manifold.reserve_ids(1))
+        solid._mesh, solid._volume_mm3 = plain
         return solid
 
     @property
