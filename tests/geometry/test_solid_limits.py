@@ -232,5 +232,4 @@ def test_a_large_stl_takes_at_most_ten_times_its_size(tmp_path: Path) -> None:
     script = Path(__file__).parents[2] / "benchmarks" / "reading.py"
     command = [sys.executable, str(script), "--only", "ours", str(path)]
     _, peak_mib = map(float, subprocess.run(command, capture_output=True, check=True).stdout.split())
-    # half a file more than ten: with and without the cache a mesh takes the same way through its bytes
-    assert peak_mib * 2**20 < 10.5 * path.stat().st_size
+    assert peak_mib * 2**20 < 10.0 * path.stat().st_size
