@@ -21,7 +21,7 @@ from autobalance.correction.holes.drill_words import no_place, why_none
 from autobalance.correction.holes.hole import Hole, keep_apart
 from autobalance.correction.holes.kind import HoleKind
 from autobalance.correction.holes.largest_fit import ended_by, widest_mm
-from autobalance.correction.holes.missed import ALL_AROUND, missed
+from autobalance.correction.holes.missed import missed
 from autobalance.correction.holes.positions import listed_position, positions_of, unused_notes
 from autobalance.correction.holes.sites import Places, Site, in_sectors, make_holes, reach_of
 from autobalance.correction.holes.trace import DrillTrace
@@ -29,6 +29,7 @@ from autobalance.correction.holes.walls import HoleLimits
 from autobalance.correction.holes.zones import in_zone, least_radius_mm
 from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.refusals import (
+    ALL_AROUND,
     refuse_wide,
 )
 from autobalance.correction.relaxing import MoreCuts, Otherwise, Relaxing, deeper, thinner

@@ -26,7 +26,7 @@ from autobalance.correction.pockets.limits import MillLimits
 from autobalance.correction.pockets.pocket import CLEAR_MM, Pocket, lies_in, pockets
 from autobalance.correction.pockets.trace import PocketTrace, listed_pocket, listed_side
 from autobalance.correction.pockets.walls import SKIN_MM, Below
-from autobalance.correction.refusals import wall_missed
+from autobalance.correction.refusals import ALL_AROUND, wall_missed
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.trace import Trace, stated_number
 from autobalance.crank.anatomy import Anatomy, Face
@@ -323,7 +323,7 @@ class Mill(Kind[MillLimits]):
             "min_depth_mm": min(depth, MillLimits.min_depth_mm),
             "max_depth_mm": max(depth, MillLimits.max_depth_mm),
             "depth_step_mm": 0.0,
-            "sectors_deg": ((0.0, 360.0),),
+            "sectors_deg": ALL_AROUND,
         }
 
     def why_not_kept(self, work: Workpiece, limits: MillLimits, item: Item) -> str | None:

@@ -12,6 +12,7 @@ from autobalance.errors import CorrectionError
 
 Direction = Literal["radial", "axial"]
 Sectors = tuple[tuple[float, float], ...]
+ALL_AROUND: Sectors = ((0.0, 360.0),)
 
 
 def refuse_direction(kind: str, direction: str) -> None:

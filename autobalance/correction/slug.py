@@ -15,7 +15,7 @@ from autobalance.correction.holes.cut import SAME_MM, HoleCut, HoleSearch, Towar
 from autobalance.correction.holes.hole import Hole, keep_apart
 from autobalance.correction.holes.kind import HoleKind
 from autobalance.correction.holes.largest_fit import ended_by, widest_mm
-from autobalance.correction.holes.missed import ALL_AROUND, missed
+from autobalance.correction.holes.missed import missed
 from autobalance.correction.holes.positions import Position, listed_position, positions_of
 from autobalance.correction.holes.sites import Places, Site
 from autobalance.correction.holes.slug_fill import FLAT_BOTTOM_RAD, FillCut, PressedIn, fills
@@ -26,6 +26,7 @@ from autobalance.correction.holes.walls import HoleLimits
 from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.machining import Operation
 from autobalance.correction.refusals import (
+    ALL_AROUND,
     refuse_wide,
 )
 from autobalance.correction.relaxing import MoreCuts, Relaxing

@@ -12,6 +12,7 @@ from autobalance.correction.holes.drill_series import Series, drill_name, sizes_
 from autobalance.correction.holes.surface import CONTINUATION_RAD
 from autobalance.correction.holes.zones import Zone
 from autobalance.correction.refusals import (
+    ALL_AROUND,
     STEP,
     Direction,
     Sectors,
@@ -90,7 +91,7 @@ class DrillLimits(Limits):
     max_holes: Annotated[int, COUNTED] = 6
     min_wall_mm: Annotated[float, NOT_NEGATIVE] = 3.0
     min_spacing_mm: Annotated[float, NOT_NEGATIVE] = 3.0
-    sectors_deg: Sectors = ((0.0, 360.0),)
+    sectors_deg: Sectors = ALL_AROUND
     positions: tuple[tuple[float, ...], ...] | None = None
     zone: Zone = "counterweights"
     max_obliquity_deg: Annotated[float, OBLIQUITY] = 15.0

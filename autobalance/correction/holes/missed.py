@@ -6,10 +6,9 @@ from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeVar
 
 from autobalance.correction.holes.cut import HoleCut
-from autobalance.correction.refusals import wall_missed
+from autobalance.correction.refusals import ALL_AROUND, wall_missed
 from autobalance.errors import CorrectionError
 
-ALL_AROUND = ((0.0, 360.0),)
 C = TypeVar("C", bound=HoleCut)
 
 

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from autobalance.correction.contract import Limits
 from autobalance.correction.refusals import (
+    ALL_AROUND,
     Direction,
     Sectors,
     refuse_direction,
@@ -45,7 +46,7 @@ class SlugLimits(Limits):
     density_kg_m3: Annotated[float, POSITIVE] = 17000.0
     max_slugs: Annotated[int, COUNTED] = 4
     min_wall_mm: Annotated[float, NOT_NEGATIVE] = 4.0
-    sectors_deg: Sectors = ((0.0, 360.0),)
+    sectors_deg: Sectors = ALL_AROUND
     fill: bool = False
 
     def __post_init__(self) -> None:

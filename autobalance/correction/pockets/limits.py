@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from autobalance.correction.contract import Limits
-from autobalance.correction.refusals import STEP, Sectors, refuse_out_of_range, refuse_sectors
+from autobalance.correction.refusals import ALL_AROUND, STEP, Sectors, refuse_out_of_range, refuse_sectors
 from autobalance.declare import NOT_NEGATIVE, POSITIVE
 from autobalance.errors import CorrectionError
 
@@ -33,7 +33,7 @@ class MillLimits(Limits):
     min_depth_mm: Annotated[float, POSITIVE] = 0.5
     max_depth_mm: Annotated[float, POSITIVE] = 15.0
     depth_step_mm: Annotated[float, STEP] = 0.1
-    sectors_deg: Sectors = ((0.0, 360.0),)
+    sectors_deg: Sectors = ALL_AROUND
 
     def __post_init__(self) -> None:
         """Refuse limits that contradict each other."""
