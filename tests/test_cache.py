@@ -21,6 +21,7 @@ from autobalance.disk_cache import kept, program
 from autobalance.errors import UsageError
 from autobalance.quantities import mm, said
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.value_codec import CodecError, from_bytes, to_bytes
 from tests import jobs
@@ -210,3 +211,18 @@ def test_a_file_that_was_changed_is_read_anew(tmp_path: Path, cache: Path) -> No
     in_inches = ab.read_crank(tmp_path / "crank-with-pin.stl", unit="inch")
     assert in_inches.mass_g == pytest.approx(first.mass_g * 25.4**3, rel=1e-9)
     assert job.exists()
+
+
+def test_a_kept_solid_is_cut_alike_whether_it_or_the_tool_was_built_first() -> None:
+    """A study of a report and of its job differed in the last digits: one looked at the crank before."""
+    low, high = np.zeros(3), np.array([40.0, 30.0, 20.0])
+    plain = (Solid.box(low, high) - Solid.box(low + 5.0, high + 5.0)).to_plain()
+    cut = []
+    for first in (True, False):
+        solid = Solid.from_plain(plain)
+        if first:
+            assert not solid.section(10.0).is_empty
+        tool = Solid.box(low + 1.0, high - 11.0)
+        cut.append((solid - tool).mesh)
+    np.testing.assert_array_equal(cut[0].vertices, cut[1].vertices)
+    np.testing.assert_array_equal(cut[0].triangles, cut[1].triangles)

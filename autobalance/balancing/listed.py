@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import combinations
 from typing import Any, NoReturn
 
 import numpy as np
@@ -26,7 +25,7 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Notify
 from autobalance.types import Array
 
-SHOWN_MM = 1e-9
+ROUNDING_MM = 1e-9
 """Depth up to which two cuts may exceed what both may have together: rounding."""
 
 
@@ -98,20 +97,20 @@ def _refuse_too_near(job: Job, candidates: Candidates, depths: Array, items: Seq
     """Refuse pairs of cuts that the limits keep apart, or that would take the same metal."""
     cuts = candidates.cuts
     for each in candidates.apart:
-        if max(depths[each.first], depths[each.second]) > each.most_mm + SHOWN_MM:
+        if max(depths[each.first], depths[each.second]) > each.most_mm + ROUNDING_MM:
             most = "never both" if each.most_mm < 0.0 else f"{each.most_mm:.4g} mm at most together"
             _refuse_pair(items[each.first], items[each.second], most)
     for shared in candidates.shared:
-        if depths[shared.first] + depths[shared.second] > shared.most_mm + SHOWN_MM:
+        if depths[shared.first] + depths[shared.second] > shared.most_mm + ROUNDING_MM:
             text = f"their depths may be {shared.most_mm:.4g} mm together: min_wall_mm would be missed"
             _refuse_pair(items[shared.first], items[shared.second], text)
     overlapping = {(each.first, each.second) for each in candidates.overlaps}
     walls = np.array([_wall_mm(job, cut, item) for cut, item in zip(cuts, items, strict=True)])
     near = keep_apart([cut.envelope for cut in cuts], depths, walls)
     pairs = {(each.first, each.second) for each in near} - overlapping
-    for first, second in combinations(range(len(cuts)), 2):
+    for first, second in sorted(pairs):
         same_kind = items[first]["kind"] == items[second]["kind"]
-        if (first, second) not in pairs or (same_kind and KINDS[items[first]["kind"]].offers_all):
+        if same_kind and KINDS[items[first]["kind"]].offers_all:  # their kind has compared them
             continue
         wanted = float(max(walls[first], walls[second]))
         gap = gap_mm([cuts[k].envelope for k in (first, second)], depths[[first, second]], wanted)

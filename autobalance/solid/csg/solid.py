@@ -57,18 +57,23 @@ class Solid:
     def _body(self) -> m3.Manifold:
         """The manifold3d body, built on first use where only the mesh was given."""
         if self._built is None:
-            self._built = Solid.from_mesh(self.mesh, self._id)._body
+            self._built = Solid._numbered(self.mesh, self._id)._body
         return self._built
 
     @classmethod
-    def from_mesh(cls, mesh: Mesh, number: int | None = None) -> Solid:
-        """Build a solid from a closed, outward mesh; ``number`` is the kernel's for it, None: the next one.
+    def from_mesh(cls, mesh: Mesh) -> Solid:
+        """Build a solid from a closed, outward mesh.
 
         Raises
         ------
         SolidError
             If the mesh is open or not manifold, is inside out, or bounds nothing.
         """
+        return cls._numbered(mesh, None)
+
+    @classmethod
+    def _numbered(cls, mesh: Mesh, number: int | None) -> Solid:
+        """Do the same with the kernel's number for the body; None: the next one."""
         if len(mesh.triangles) == 0:
             raise SolidError("the mesh bounds no volume: it has no triangles")
         if len(mesh.triangles) % 2:  # three sides each, two to an edge; manifold3d 3.5 may crash on these
@@ -174,8 +179,8 @@ class Solid:
     def from_plain(cls, plain: tuple[Mesh, float]) -> Solid:
         """Return the solid of ``to_plain``; manifold3d builds its body when it is first cut.
 
-        Its number is taken now: booleans list the triangles of the body with the lesser number first, and the
-        last digits of what is measured would hang on whether something was looked at before the tools were made.
+        Its number is taken now: booleans list triangles by the numbers of their bodies, and the last digits
+        of what is measured would depend on whether the crank or a tool was built first.
         """
         solid = cls.__new__(cls)
         solid._built, solid._id = None, int(m3.Manifold.reserve_ids(1))
