@@ -23,6 +23,8 @@ os.environ["AUTOBALANCE_CACHE_MB"] = "0"
 """Tests read everything anew, in children too, and leave the user's cache alone; `test_cache` has its own."""
 TIMES = os.environ.get("AUTOBALANCE_TIMES")
 """File that the seconds of each test are added to, where it is given."""
+LONGEST_S = 900
+"""Seconds that a test may take; the longest takes 40 on a quiet machine."""
 SHAKEN = os.environ.get("AUTOBALANCE_SHAKEN")
 """Seed of the last digits of every plan, where it is given (see tests/shaken.py)."""
 
@@ -78,6 +80,24 @@ def all_shaken() -> Iterator[None]:
     """Make every plan with other last digits."""
     with shaken(int(SHAKEN or 0)):
         yield
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
+    """Fail a test that does not end: a pipe waited for once cost a whole run, and nothing named it."""
+    if not hasattr(signal, "SIGALRM") or threading.current_thread() is not threading.main_thread():
+        return (yield)
+
+    def too_long(number: int, frame: object) -> None:
+        pytest.fail(f"{item.nodeid} did not end within {LONGEST_S} s")
+
+    before = signal.signal(signal.SIGALRM, too_long)
+    signal.alarm(LONGEST_S)
+    try:
+        return (yield)
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
 
 
 @pytest.hookimpl(wrapper=True)

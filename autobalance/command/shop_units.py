@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import json
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from autobalance.errors import AutobalanceError
+from autobalance.report.earlier_files import earlier_report
+from autobalance.toml_files.document import text_of, toml_of
 from autobalance.user_folders import shop_file
 
 WRITTEN = ("command", "json", "output", "plots", "series", "picture", "units")
@@ -48,15 +49,15 @@ def shop_units(source: Path | None, settings: Sequence[str] = ()) -> str:
 
 def _units_in(path: Path) -> Any:
     """Return ``shop.units`` of a file; None if it is wrong: the command that reads it reports that."""
-    try:
-        if path.suffix == ".toml":
-            tables: Any = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-        elif path.suffix == ".json":
-            tables = json.loads(path.read_bytes())
-            tables = tables.get("job") if isinstance(tables, Mapping) else None
-        else:
-            return None
-    except (OSError, ValueError, RecursionError):
+    if not path.is_file():  # a pipe would be waited for
         return None
+    tables: Any = None
+    if path.suffix == ".toml":
+        try:
+            tables = toml_of(text_of(path, "job file"), path.name)
+        except AutobalanceError:
+            return None
+    elif path.suffix == ".json":
+        tables = (earlier_report(path) or {}).get("job")
     shop = tables.get("shop") if isinstance(tables, Mapping) else None
     return shop.get("units") if isinstance(shop, Mapping) else None

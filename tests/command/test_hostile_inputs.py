@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import tracemalloc
 from pathlib import Path
 
 import pytest
 
+from autobalance.command.shop_units import shop_units
 from autobalance.errors import JobError
 from autobalance.toml_files.document import toml_of
 from tests import jobs
@@ -33,6 +35,18 @@ def test_a_pipe_in_place_of_a_file_is_refused(words: tuple[str, ...], tmp_path: 
     pipe = tmp_path / "job.toml"
     os.mkfifo(pipe)
     assert jobs.run(*words, pipe) == 3
+
+
+def test_the_shop_s_units_are_sought_within_the_limits_of_a_job(tmp_path: Path) -> None:
+    """They are read before the job is, so what the job's reader refuses must not reach the parser here."""
+    job = tmp_path / "job.toml"
+    job.write_text(".".join("a" * 4_000) + ' = 1\n[shop]\nunits = "inch"\n')
+    tracemalloc.start()
+    try:
+        assert shop_units(job) == "metric"
+        assert tracemalloc.get_traced_memory()[1] < 2_000_000  # the parser alone takes 64 MB
+    finally:
+        tracemalloc.stop()
 
 
 @pytest.mark.parametrize(
