@@ -74,7 +74,7 @@ def test_what_does_not_settle_is_said_with_what_to_do(
     lines = tmp_path / "lines.txt"
     for text, said in (
         ("L = 1 @ 2\n", "did not settle in 0.3 s"),
-        ("nothing\n", "machine.line.pattern says"),
+        ("nothing\n", "no line in 0.3 s matches machine.line.pattern"),
     ):
         lines.write_text(text, encoding="utf-8")
         assert main(["machine", machine(tmp_path), "--watch", str(lines), "--timeout", "0.3"]) == 3
