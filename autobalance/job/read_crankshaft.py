@@ -38,16 +38,16 @@ CRANKSHAFT = Key(
         Key(
             "file",
             str,
-            "crank file, relative to the job file: `.stl .obj .ply .off .3mf .glb .gltf`, and "
-            "`.step .iges .brep` "
-            "(`.brp`) with the extra: see [step.md](step.md)",
+            "crank file, relative to the job file: `.stl .obj .ply .off .3mf .glb .gltf`; "
+            "`.step .iges .brep` (`.brp`) with the extra `step`: see [step.md](step.md); "
+            "`.dae .3dxml .xaml` with the extra `meshes`",
             not_empty="must name a crank file, relative to the job",
         ),
         Key(
             "unit",
             LengthUnit,
-            "length unit of the file; required for STL, OBJ, PLY and OFF, which store no unit; "
-            "in other formats another unit is an error",
+            "length unit of the file; required for STL, OBJ, PLY, OFF and XAML, which store no unit, and for "
+            "COLLADA that states none; in other formats another unit is an error",
             default=None,
         ),
         *density_keys("the crank"),

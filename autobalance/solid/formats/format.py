@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,6 +44,8 @@ class Format:
         Millimetres in the one unit that the format prescribes, where it does.
     form_of : callable or None
         Returns the name of the form that a file has, where the format has several.
+    states_no_unit : callable or None
+        Path of a file → whether it leaves its unit out, where the format allows that.
     """
 
     name: str
@@ -54,6 +57,7 @@ class Format:
     read_exact: Callable[[bytes], CadFile] | None = None
     mm_per_unit: float | None = None
     form_of: Callable[[bytes], str] | None = None
+    states_no_unit: Callable[[Path], bool] | None = None
 
     @property
     def exact(self) -> bool:

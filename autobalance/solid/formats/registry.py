@@ -69,9 +69,11 @@ def written_name(name: str) -> str:
 
 
 def needs_unit(path: Path) -> bool:
-    """Return whether a file's format carries no unit of length."""
+    """Return whether a file carries no unit of length: its format has none, or the file leaves it out."""
     format_ = format_of(path)
-    return format_ is not None and not format_.carries_unit
+    if format_ is None or not format_.carries_unit:
+        return format_ is not None
+    return format_.states_no_unit is not None and path.is_file() and format_.states_no_unit(path)
 
 
 def names_bodies(path: Path) -> bool:
