@@ -7,7 +7,6 @@ corrected solid is written as 3MF.
 from __future__ import annotations
 
 import io
-import logging
 import re
 import zipfile
 from collections.abc import Iterator, Sequence
@@ -219,6 +218,8 @@ def _scene(what: str, ending: str, data: bytes, strict: dict[str, Any]) -> Any:
 @contextmanager
 def _warnings() -> Iterator[list[str]]:
     """Collect what trimesh warns of."""
+    import logging
+
     found: list[str] = []
 
     class Collect(logging.Handler):
