@@ -119,6 +119,7 @@ def test_a_job_that_cannot_be_is_refused(
         ),
         (("original.rotating_g={a = 0.134}",), "original.rotating_g to 0.134 g"),
         (("engine.rod_length_mm=1040",), "38.7 times the crank radius"),
+        (("engine.rotating_g={a = 0.001}", "engine.reciprocating_g={b = 0.001}"), "odd outside 0.01 to 5"),
     ],
 )
 def test_what_is_odd_is_said(settings: tuple[str, ...], said: str, tmp_path: Path) -> None:

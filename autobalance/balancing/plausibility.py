@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from autobalance.balancing.measured import Crank
 
 BOB_SHARE = (1e-3, 20.0)
-"""Bob-weights over the crank's own mass: no running engine lies outside."""
+"""Bob-weights over the crank's own mass: no running engine lies outside. Less than the first is refused only
+if another unit would make it usual."""
 USUAL_BOB_SHARE = (1e-2, 5.0)
 MAX_WEIGHT_RATIO = 50.0
 """Largest ratio of two tables of weights: rotating to reciprocating, or a throw's, or the original ones', to
@@ -131,7 +132,7 @@ def _bob_weights(job: Job, crank: Crank) -> Iterator[str]:
     meant += [f"is the crank's unit {' or '.join(units)}"] if units else []
     question = f"; {', or '.join(meant)}?" if meant else ""
     low, high = BOB_SHARE
-    if not low <= share <= high:
+    if share > high or (share < low and meant):  # of no unit: a rotor without rods, whose keys are required
         raise JobError(f"{finding}; expected {low:g} to {high:g} times that{question}")
     low, high = USUAL_BOB_SHARE
     yield f"{finding}; odd outside {low:g} to {high:g} times that{question}"

@@ -17,7 +17,7 @@ from autobalance.correction.holes.cut import HoleCut, HoleSearch, Towards, direc
 from autobalance.correction.holes.drill_limits import MOST_OBLIQUITY_DEG, ZONES, DrillLimits
 from autobalance.correction.holes.drill_series import SAME_MM
 from autobalance.correction.holes.drill_sizes import likely_sizes_mm, widest_fitting_mm
-from autobalance.correction.holes.drill_words import no_place, why_none
+from autobalance.correction.holes.drill_words import lacks_counterweights, no_place, why_none
 from autobalance.correction.holes.hole import Hole, keep_apart
 from autobalance.correction.holes.kind import HoleKind
 from autobalance.correction.holes.largest_fit import ended_by, widest_mm
@@ -194,7 +194,14 @@ class Drill(HoleKind[DrillLimits]):
         )
 
     def offer(self, work: Workpiece, limits: DrillLimits, search_level: int) -> Candidates:
-        """Return the holes that a job's limits allow, which keep a spacing and are limited in number."""
+        """Return the holes that a job's limits allow, which keep a spacing and are limited in number.
+
+        None without an error where no web has a counterweight: the crank is measured and judged all the same,
+        and wider zones are tried.
+        """
+        zoned = limits.zone == "counterweights" and limits.positions is None
+        if zoned and lacks_counterweights(work.anatomy):
+            return Candidates((), notes=(why_none(limits, (), False, work.anatomy),))
         every = self._every(work, limits, search_level)
         drill_cuts = [
             cut for cut in every if not (cut.site.sunk_mm and work.is_filled(self.name, cut.first_entry_mm))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -212,18 +213,30 @@ def test_a_bracket_with_two_holes_is_no_web(equal: bool) -> None:
         recognise(body, ANY)
 
 
+def _drilled(name: str) -> Any:
+    """Balance one of the kinds with drilled holes in the default zone."""
+    mesh = KINDS[name](96).mesh
+    crank = ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850.0)
+    job = {
+        "crankshaft": {"file": "crank.stl", "unit": "mm", "density_kg_m3": 7850.0},
+        "engine": {"rotating_g": {"rod": 5.0}, "reciprocating_g": {"piston": 10.0}},
+        "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 3000.0},
+        "correction": {"method": "drill"},
+    }
+    return ab.balance(ab.Job.from_dict(job), crank=crank)
+
+
 def test_eccentrics_without_webs_have_no_place_for_cuts_and_that_is_said() -> None:
     """There is no first web, which ended in a traceback."""
-    mesh = KINDS["eccentrics around a shaft"](96).mesh
-    crank = ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850.0)
-    assert crank.webs == ()
-    job = ab.Job.from_dict(
-        {
-            "crankshaft": {"file": "crank.stl", "unit": "mm", "density_kg_m3": 7850.0},
-            "engine": {"rotating_g": {"rod": 5.0}, "reciprocating_g": {"piston": 10.0}},
-            "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 3000.0},
-            "correction": {"method": "drill"},
-        }
-    )
     with pytest.raises(AutobalanceError, match="no web has a counterweight"):
-        ab.balance(job, crank=crank)
+        _drilled("eccentrics around a shaft")
+
+
+def test_webs_without_a_counterweight_are_judged_and_a_wider_zone_is_named() -> None:
+    """Above tolerance is a result, with its numbers: the job was refused as if it were impossible."""
+    report = _drilled("shaft straight through").report
+    assert report["outcome"] == "above_tolerance"
+    assert report["corrections"] == []
+    assert report["residual"] == report["initial"]
+    assert report["residual"]["magnitude_g_mm"] > report["tolerance"]["permissible_g_mm"]
+    assert any('no web has a counterweight; zone = "anywhere"' in note for note in report["notes"])

@@ -33,6 +33,11 @@ PLACES: Mapping[Zone, str] = {
 }
 
 
+def lacks_counterweights(anatomy: Anatomy) -> bool:
+    """Return whether a crank has webs, and none of them a counterweight."""
+    return bool(anatomy.webs) and not any(web.counterweight for web in anatomy.webs)
+
+
 def why_none(limits: DrillLimits, diameters_mm: Sequence[float], seen: bool, anatomy: Anatomy) -> str:
     """Return the reason why no hole fits anywhere, and a remedy."""
     if limits.positions is not None:
