@@ -37,7 +37,7 @@ VERBS: Final[dict[str, Verb]] = {
         "command.demo",
     ),
     "start": Verb(
-        "ask for what a job needs, question by question, and balance the crank",
+        "ask for the values of a job, question by question, and balance the crank",
         "",
         "dialogue.command",
     ),

@@ -209,5 +209,5 @@ def _class(name: str) -> Any:
         raise CodecError(f"{name} is not of this program")
     found = getattr(import_module(module), qualified)
     if not (is_dataclass(found) or hasattr(found, "_fields") or hasattr(found, "from_plain")):
-        raise CodecError(f"{name} is no class of values")
+        raise CodecError(f"{name} is not a class of values")
     return found

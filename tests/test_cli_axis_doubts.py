@@ -92,7 +92,7 @@ def test_a_verdict_about_another_axis_is_not_proven(
     assert found > permitted
     text = f"if the axis is ⌀22 at 0 mm: the resultant {found:.2f} of {permitted:.2f} g·mm"
     assert report["reason"] == text
-    assert "not proven: the verdict hangs on which cylinder is the shaft" in capsys.readouterr().out
+    assert "not proven: the verdict depends on which cylinder is the shaft" in capsys.readouterr().out
     assert jobs.run("balance", job, "-o", tmp_path / "strict", "--strict") == 4
     assert ab.verify(tmp_path / "out" / "report.json").exit_code == 0
 

@@ -63,11 +63,11 @@ def test_valid_toml_with_commas_and_other_faults_is_given_no_cure(
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        (["blance"], "'blance' is no command; did you mean `balance`?"),
+        (["blance"], "'blance' is not a command; did you mean `balance`?"),
         (["balance", "a.toml", "--unti", "mm"], "unrecognized arguments: --unti mm; did you mean --unit?"),
         (["balance", "a.toml", "--rod", "3"], "--rod 3; did you mean --rod-length-mm or --rods-per-throw?"),
         (["inspect", "a.stl", "--uni", "mm"], "--uni mm; did you mean --unit or --units?"),
-        (["zzz"], "'zzz' is no command; expected one of `autobalance --help`"),
+        (["zzz"], "'zzz' is not a command; expected one of `autobalance --help`"),
         (["balance", "a.toml", "b.toml"], "for several jobs: `autobalance batch FOLDER -o DIR`"),
     ],
 )

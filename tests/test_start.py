@@ -59,7 +59,7 @@ def test_the_answers_become_a_job_a_verdict_and_the_next_step(folder: Path) -> N
 def test_it_is_left_at_the_end_of_input_and_continued(folder: Path) -> None:
     code, said = hold(folder, *ANSWERS[:6])
     assert code == 130
-    assert "goes on from here" in said
+    assert "continues from here" in said
     assert tables(folder)["engine"] == {"rotating_g": {"all": 134.04}}
     code, said = hold(folder, "back", "134.04", *ANSWERS[6:])
     assert code == 0
@@ -91,12 +91,12 @@ def test_help_wrong_answers_and_going_back(folder: Path) -> None:
     for words in (
         "nothing.stl does not exist in",
         "STL, OBJ, PLY and OFF store no unit",
-        "ell is none of mm",
-        "wood is none of steel",
+        "ell is not one of mm",
+        "wood is not one of steel",
         "maybe is neither y nor n",
         "--picture crank.png",
         "signs for thousands",
-        "x g is no weight",
+        "x g is not a weight",
     ):
         assert words in said
     assert said.count("Unit of the file") == 4

@@ -170,7 +170,9 @@ def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResu
     for name, value in options.items():
         if value is not None and name != "crankpin_in_file":
             option, key = VERB.flag(name), KEYS.get(name, "crankshaft....")
-            raise UsageError(f"{option} beside a job: it says its own; --set {key}=... changes it")
+            raise UsageError(
+                f"{option} is not for a job, which has its own value; change it by --set {key}=..."
+            )
     if fill is not None:
         settings = [*settings, f"crankshaft.fill_holes_mm={fill}"]
     if keep_open is not None:

@@ -30,19 +30,19 @@ from autobalance.runtime import (
 from autobalance.version import __version__
 
 WAYS_IN = """\
-autobalance: error: no command was given; expected one of these, or another of `autobalance --help`
-  autobalance inspect crank.stl --unit mm            what a crank's file holds
-  autobalance init crank.stl --unit mm -o job.toml   a job for it, to fill in
-  autobalance balance job.toml                       the corrected solid, its report and papers
-  autobalance verify job-balanced/report.json        every number of the report, checked
-  autobalance generate single -o crank.stl           no crank at hand: one is built
-  autobalance demo                                   the bundled crank beside the published result
+autobalance: error: no command was given. Use one of these, or another from `autobalance --help`
+  autobalance inspect crank.stl --unit mm            measure a crank file
+  autobalance init crank.stl --unit mm -o job.toml   write a job for it, to fill in
+  autobalance balance job.toml                       cut the crank, with report and sheets
+  autobalance verify job-balanced/report.json        check every number of the report
+  autobalance generate single -o crank.stl           no crank yet: draw one
+  autobalance demo                                   balance the bundled crank
   autobalance app                                    all of it in a browser"""
 INTERRUPTED_EXIT_CODE = 130
 INTERRUPTED_MESSAGE = "interrupted; nothing half-written was left"
 DONE_EXIT_CODES = (0, 4)
 """Exit codes of a command that did what it was asked: within tolerance, or above."""
-NO_CACHE_HELP = "read the crank anew; do not use or fill the cache (default: use it)"
+NO_CACHE_HELP = "read the crank again, without the cache (default: use the cache)"
 QUICK_VERBS = ("app", "schema", "completion", "calc", "grade")
 NO_MEMORY = ("failed to map segment", "can't start new thread", "pthread_create has failed")
 """Messages of the loader of libraries and of threads if they run out of memory."""
@@ -207,7 +207,7 @@ def _helpful(message: str, parser: argparse.ArgumentParser) -> str:
         word = unknown[1]
         close = get_close_matches(word.lower(), VERBS, 1)
         asked = f"did you mean `{close[0]}`?" if close else "expected one of `autobalance --help`"
-        return f"{word!r} is no command; {asked}"
+        return f"{word!r} is not a command; {asked}"
     extra = re.match(r"unrecognized arguments: (.*)", message)
     unknown_option = extra[1].split()[0].partition("=")[0] if extra is not None else ""
     if unknown_option.startswith("--"):

@@ -65,13 +65,13 @@ def started(folder: Path, job_file: Path, lines: TextIO, out: TextIO, balance: C
     from autobalance.dialogue.questions import QUESTIONS
 
     if not folder.is_dir():
-        raise FileError(f"{folder} is no folder; expected the one with the crank file")
+        raise FileError(f"{folder} is not a folder; expected the one with the crank file")
     talk = Talk(folder, job_file)
     if talk.take_up():
         out.write(f"{job_file}: its answers are kept; `back` returns to earlier questions.\n")
     out.write("?: help, back: the question before, empty: the default in brackets.\n\n")
     if not converse(talk, QUESTIONS, lines, out):
-        out.write(f"\nStopped. `autobalance start {folder} -o {job_file}` goes on from here.\n")
+        out.write(f"\nStopped. `autobalance start {folder} -o {job_file}` continues from here.\n")
         return STOPPED
     talk.keep()
     if talk.open:

@@ -61,7 +61,7 @@ def _reads_file(talk: Talk, text: str) -> None:
         close = did_you_mean(name, [each.name for each in _cranks(talk)])
         raise AnswerError(f"{name} does not exist in {talk.folder}{close}")
     if path.suffix.lower() not in endings():
-        raise AnswerError(f"{path.suffix or name} is no crank file; formats: {' '.join(endings())}")
+        raise AnswerError(f"{path.suffix or name} is not a crank file; formats: {' '.join(endings())}")
     if talk.value("crankshaft.file") is not None:
         talk.drop("crankshaft", "engine", "original")
         talk.facts.clear()
@@ -93,7 +93,7 @@ def _asks_unit(talk: Talk) -> Sequence[str]:
         for unit, mm in MM_PER.items()
     ]
     return (
-        f"{file_of(talk).name} says no unit. Its longest side, if its unit is",
+        f"{file_of(talk).name} has no unit. Its longest side in each unit:",
         *sizes,
         "Unit of the file",
     )
@@ -112,7 +112,7 @@ USUAL_LENGTH_MM = (60.0, 1500.0)
 def _reads_unit(talk: Talk, text: str) -> None:
     unit = {"in": "inch", '"': "inch"}.get(text.lower(), text.lower())
     if unit not in MM_PER:
-        raise AnswerError(f"{text} is none of {', '.join(MM_PER)}")
+        raise AnswerError(f"{text} is not one of {', '.join(MM_PER)}")
     talk.set("crankshaft.unit", unit)
     talk.facts.pop("crank", None)
 
@@ -124,12 +124,12 @@ def _reads_material(talk: Talk, text: str) -> None:
     if isinstance(number, float):
         low, high = DENSITY_KG_M3
         if not low <= number <= high:
-            raise AnswerError(f"{number:g} kg/m³ is no density of a metal; steel has 7850")
+            raise AnswerError(f"{number:g} kg/m³ is not the density of a metal; steel has 7850")
         talk.set("crankshaft.density_kg_m3", number)
         return
     if text not in MATERIALS:
         raise AnswerError(
-            f"{text} is none of {', '.join(MATERIALS)}, nor a density{did_you_mean(text, list(MATERIALS))}"
+            f"{text} is not one of {', '.join(MATERIALS)}, nor a density{did_you_mean(text, list(MATERIALS))}"
         )
     talk.set("crankshaft.density", text)
 
@@ -192,7 +192,7 @@ def _two_rods(talk: Talk) -> bool:
 
 def _reads_rods(talk: Talk, text: str) -> None:
     if not text.isdecimal() or not 1 <= int(text) <= 9:
-        raise AnswerError(f"{text} is no number of rods on a crankpin; 1, or 2 in a vee engine")
+        raise AnswerError(f"{text} is not a number of rods on a crankpin; type 1, or 2 for a vee engine")
     talk.set("engine.rods_per_throw", int(text))
 
 
@@ -225,7 +225,7 @@ def weight_g(text: str, key: str) -> float:
         value = typed(part, "the weight")
         if isinstance(value, str):
             if not grams.fits(value):
-                raise AnswerError(f"{part.strip()} is no weight; type grams, or a unit as in 4.7 oz")
+                raise AnswerError(f"{part.strip()} is not a weight; type grams, or a unit as in 4.7 oz")
             value = grams.number(value, key)
         if not value >= 0.0:
             raise AnswerError(f"{part.strip()} is below 0")
@@ -287,13 +287,13 @@ def _reads_factor(talk: Talk, text: str) -> None:
     value = typed(text, "the factor")
     if value == "original":
         if not has_old(talk):
-            raise AnswerError("original needs the old parts, and there are none; type a number from 0 to 1")
+            raise AnswerError("original needs the old parts, which are missing; type a number from 0 to 1")
         talk.set("balance.factor", "original")
         return
     if isinstance(value, str) and TYPED_UNITS["share"].fits(value):
         value = TYPED_UNITS["share"].number(value, "balance.factor")
     if not isinstance(value, float) or not 0.0 <= value <= 1.0:
-        raise AnswerError(f"{text} is no balance factor; type a number from 0 to 1, such as 0.5 or 50 %")
+        raise AnswerError(f"{text} is not a balance factor; type a number from 0 to 1, such as 0.5 or 50 %")
     talk.set("balance.factor", value)
 
 
@@ -303,7 +303,7 @@ def _number(key: str, unit: str, low: float, high: float, what: str) -> Callable
         if isinstance(value, str) and TYPED_UNITS[unit].fits(value):
             value = TYPED_UNITS[unit].number(value, key)
         if not isinstance(value, float) or not low <= value <= high:
-            raise AnswerError(f"{text} is no {what}; expected a number from {low:g} to {high:g}")
+            raise AnswerError(f"{text} is not a {what}; type a number from {low:g} to {high:g}")
         talk.set(key, value)
 
     return reads
@@ -313,7 +313,7 @@ def _reads_method(talk: Talk, text: str) -> None:
     names = [each.strip() for each in text.lower().split(",") if each.strip()]
     for name in names:
         if name not in KINDS:
-            raise AnswerError(f"{name} is none of {', '.join(KINDS)}{did_you_mean(name, list(KINDS))}")
+            raise AnswerError(f"{name} is not one of {', '.join(KINDS)}{did_you_mean(name, list(KINDS))}")
     talk.set("correction.method", names[0] if len(names) == 1 else names)
 
 
@@ -348,7 +348,7 @@ QUESTIONS: tuple[Question, ...] = (
         _asks_recognised,
         _reads_recognised,
         lambda _: "y",
-        "y goes on; n says how to correct it.",
+        "y continues; n shows how to correct it.",
     ),
     Question(
         "rods",
@@ -364,7 +364,7 @@ QUESTIONS: tuple[Question, ...] = (
         lambda _: ("Was the crank balanced for other parts, such as a heavier piston (y, n)",),
         _reads_old,
         lambda _: "n",
-        "y: the old weights are asked for too, and the factor of the maker can be kept.",
+        "y: you enter the old weights too, and can keep the maker's balance factor.",
     ),
     _weight("rotating", ROTATING, "Rotating mass of one rod: big end and its bearing [g]"),
     _weight(
@@ -372,7 +372,7 @@ QUESTIONS: tuple[Question, ...] = (
         RECIPROCATING,
         "Reciprocating mass of one rod: small end, piston, wrist pin, rings, clips [g]",
     ),
-    _weight("crankpin", PIN, "Crankpin, which the file does not hold [g]", applies=_pressed_up),
+    _weight("crankpin", PIN, "Crankpin, which is not in the file [g]", applies=_pressed_up),
     _weight("old_rotating", "original.rotating_g.all", "Old rotating mass of one rod [g]", applies=has_old),
     _weight(
         "old_reciprocating",
@@ -416,7 +416,7 @@ QUESTIONS: tuple[Question, ...] = (
         lambda _: (f"Method of correction ({', '.join(KINDS)}; several with commas)",),
         _reads_method,
         lambda _: "drill",
-        "drill: holes into the counterweights; shoulder: mill their faces; turn: turn their rims;\n"
+        "drill: holes in the counterweights; shoulder: mill the web faces; turn: turn the rims;\n"
         "slug: press in heavy metal; mill: pockets; add: weld metal on.",
         keys=("correction.method",),
     ),

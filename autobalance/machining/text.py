@@ -21,8 +21,8 @@ def nc_text(run: NcRun) -> str:
     worst = run.part.tolerance.worst(run.residual)
     verdict = "within tolerance" if run.used_share <= 1.0 else "ABOVE TOLERANCE"
     lines.append(
-        f"Simulated from the text: {sum(run.taken_g.values()):.2f} g go "
-        f"({run.mass_difference_g:+.3f} g to what the report lists of these cuts), "
+        f"Simulated from the text: {sum(run.taken_g.values()):.2f} g removed "
+        f"({run.mass_difference_g:+.3f} g compared with the report), "
         f"residual{worst.where} {worst.residual_g_mm:.2f} g·mm of permitted "
         f"{worst.permissible_g_mm:.2f} g·mm ({percent(run.used_share)}): {verdict}"
     )

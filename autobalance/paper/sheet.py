@@ -195,7 +195,7 @@ class _Story:
         self._gap(0.8)
         note = (
             "Depth counts from the entry on the tool's axis to the end of the full diameter; with point to "
-            "the tip. A negative mass comes on: the slug is heavier than its bore's metal. "
+            "the tip. A negative mass is added metal: the slug is heavier than the metal of its bore. "
             "Depth left: how much deeper a hole may go before it meets a limit of the job."
         )
         self.parts.append(prose(note, 8.0))

@@ -102,7 +102,7 @@ def _part(values: Values, where: str) -> FreePart:
     for key in ("z_mm", "thickness_mm", "radius_mm"):
         _range(values, where, key)
     if values["z_mm"] is not None and len(webs) > 1:
-        raise JobError(f"{where}.z_mm is given with {len(webs)} webs; it stands with one web only")
+        raise JobError(f"{where}.z_mm is given with {len(webs)} webs; it needs a single web")
     if values["symmetric"] and abs((low + 0.5 * span) % 180.0 - 90.0) < 90.0 - 1e-6:
         raise JobError(f"{where}.sector_deg is [{low:g}, {high:g}]; symmetric needs its middle at 0 or 180°")
     part = made(FreePart, values, name=where)

@@ -188,8 +188,8 @@ def refuse_incomplete(layout: JournalLayout, webs: Sequence[Web], shift_mm: floa
         ):
             number, beside = (first, other) if first else (second, one)
             raise RecognitionError(
-                f"throw {number} needs a web on each side; {0.5 * (low + high):.4g} mm from crankpin 1 along "
-                f"the axis, before a cylinder of {2.0 * beside.radius:.4g} mm, there is none. "
+                f"throw {number} has no web on one side, {0.5 * (low + high):.4g} mm from crankpin 1 along "
+                f"the axis, before a cylinder of {2.0 * beside.radius:.4g} mm. "
                 "Set crankpins and main_journals"
             )
 

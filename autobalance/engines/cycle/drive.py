@@ -38,8 +38,8 @@ ROUNDS = 20
 
 DRIVE = (
     Key("name", str, "name in reports", default=""),
-    Key("kind", Kind, "what takes the torque off the crank"),
-    Key("z_mm", float, "its place along the crank axis", ANY),
+    Key("kind", Kind, "kind of drive that takes the torque off the crank"),
+    Key("z_mm", float, "place along the crank axis", ANY),
     Key("pitch_radius_mm", float, "pitch radius of the wheel on the crank", POSITIVE),
     Key(
         "direction_deg",

@@ -183,7 +183,7 @@ AIR_KEYS = (
     Key(
         "oil_kg_m3",
         tuple[float, float],
-        "least and greatest mass of oil drops that a volume of the air carries",
+        "smallest and largest mass of oil drops in a volume of the air",
         NOT_NEGATIVE,
         (0.0, 0.0),
     ),

@@ -51,7 +51,7 @@ class FactorReport(JobReport):
     reason: str | None
     layout: str
     stroke_mm: Positive
-    speed_rpm: Annotated[Positive, "of the forces; 1000 if the job has none"]
+    speed_rpm: Annotated[Positive, "speed of the forces; 1000 if the job has no speed"]
     motion: Annotated[
         Literal["exact", "first_order"] | None, "first_order without rod length; null: no forces"
     ]

@@ -81,7 +81,7 @@ def read_modes(path: Path, unit: str, damping_ratio: float) -> FrameModes:
             _csv(text, damping_ratio) if path.suffix.lower() == ".csv" else _uff(text, unit, damping_ratio)
         )
     except (KeyError, IndexError, ValueError) as error:
-        raise JobError(f"{path.name} is no file of modes that can be read: {error}") from None
+        raise JobError(f"{path.name} is not a readable file of modes: {error}") from None
     finite = all(np.isfinite(each).all() for each in (modes.frequency_rad_s, modes.places_mm, modes.shapes))
     if not len(modes.frequency_rad_s) or not finite or (modes.damping_ratio < 0.0).any():
         raise JobError(f"{path.name} has no modes, or numbers that are not finite, or negative damping")

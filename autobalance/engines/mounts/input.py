@@ -73,7 +73,7 @@ FRAME = (
         "unit of length of a universal file without dataset 164; mass is kg with m, t with mm",
         default="m",
     ),
-    Key("damping_ratio", float, "damping ratio of modes that have none in the file", NOT_NEGATIVE, 0.02),
+    Key("damping_ratio", float, "damping ratio of modes without one in the file", NOT_NEGATIVE, 0.02),
     Key("within_mm", float, "largest distance from a mount or point to its node", POSITIVE, 5.0),
 )
 MEASURED = (

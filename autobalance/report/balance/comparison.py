@@ -59,7 +59,7 @@ def comparison_text(compared: Comparison, units: DisplayUnits, verbose: bool = F
     head = [
         f"{'WITHIN' if within else 'ABOVE'} TOLERANCE with {within} of {len(ordered)} methods",
         f"Recommended: {_recommended(compared)}{_first(first, units)}",
-        "left: nothing within tolerance" if first is None else f"left {_used(first)} of what is permitted",
+        "left: no method within tolerance" if first is None else f"left {_used(first)} of permitted",
     ]
     before = (
         f"{compared.job}: {worst.place} has {units.of_unbalance(worst.g_mm)} before, "

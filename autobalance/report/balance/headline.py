@@ -114,5 +114,5 @@ def _unproven(report: Values) -> list[str]:
     if report["reason"]:
         about = {doubt["about"] for doubt in report["crank"].get("doubts", ())}
         meant = "the main journal" if about <= {"main_journal"} else "the shaft"
-        return [f"  not proven: the verdict hangs on which cylinder is {meant} (--strict: 4)"]
+        return [f"  not proven: the verdict depends on which cylinder is {meant} (--strict: 4)"]
     return ["  not proven: residual plus uncertainty exceeds the permissible unbalance (--strict: 4)"]

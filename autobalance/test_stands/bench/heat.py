@@ -359,7 +359,7 @@ class _Fit:
 def _not_fixed(rows: Sequence[FittedValue], width: Array | None) -> list[str]:
     """Return a line for each value that the readings leave open."""
     if width is None:
-        return ["there are no more readings than values to fit: nothing says how good they are"]
+        return ["there are no more readings than values to fit, so the fit has no uncertainty"]
     return [
         f"{row.name}: the readings do not fix it, 95 % of "
         + ("no range" if row.least is None else f"{row.least:.3g} to {row.greatest:.3g}")

@@ -230,7 +230,7 @@ def _rotor(values: Values, folder: Path) -> tuple[Path | None, RigidBody | None]
     if rotor.report is not None:
         numbers = [key for key, value in values["rotor"].items() if key != "report" and value is not None]
         if numbers:
-            raise JobError(f"rotor.{numbers[0]} is given with rotor.report; the report's solid says it")
+            raise JobError(f"rotor.{numbers[0]} is given with rotor.report, which has it; remove one of them")
         return folder / rotor.report, None
     if rotor.mass_g is None:
         raise JobError("rotor.mass_g is missing; or rotor.report")
