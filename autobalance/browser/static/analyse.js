@@ -37,8 +37,8 @@ export async function show({ id, verb: name, files }) {
 
 const verb = () => chosen.value || state.analyses[0]?.verb;
 
-const READS = { job: "Of the job", both: "Of the job and a file", file: "Of a file", records: "Of a recorded signal" };
-const WHAT = { job: "What the job's engine does, before any cut.", both: "Begins with the job's crank; what is free and what must be met stands below.", file: "Needs no crank: all of it stands below.", records: "Needs no crank: a record, and what is known of it." };
+const READS = { job: "From the job", both: "From the job and a file", file: "From a file", records: "From a recorded signal" };
+const WHAT = { job: "Results for the job's engine, before any cut.", both: "Starts with the job's crank. Enter below what may change and what must be met.", file: "Needs no crank. Enter all values below.", records: "Needs no crank. Send a record and enter its data." };
 
 function Analyse() {
   const now = state.analyses.find((each) => each.verb === verb());
@@ -72,7 +72,7 @@ function Done({ id, verb: name, files, words }) {
   const url = (file) => `/api/runs/${id}/files/${encodeURIComponent(file)}`;
   const pictures = files.filter((file) => /\.(svg|png)$/.test(file)), others = files.filter((file) => !pictures.includes(file));
   return html`<section id=${`analysis-${name}`}><h2>${name}</h2>
-    ${words ? html`<pre tabindex="0" aria-label=${t("{verb} in words", { verb: name })}>${words}</pre>` : ""}
+    ${words ? html`<pre tabindex="0" aria-label=${t("Summary of {verb}", { verb: name })}>${words}</pre>` : ""}
     ${pictures.length ? html`<div class="plots">${pictures.map((file) => html`<figure key=${file}><a href=${url(file)} target="_blank"><img src=${url(file)} alt=${file.replace(/\.\w+$/, "").replaceAll("-", " ")} loading="lazy"/></a></figure>`)}</div>` : html`<p class="quiet">${t("There is nothing to draw.")}</p>`}
     <p>${others.map((file) => html`<a href=${url(file)} download=${file}>${file}</a> `)}</p></section>`;
 }

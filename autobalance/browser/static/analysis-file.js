@@ -64,7 +64,7 @@ function Text({ verb, text }) {
   if (editing.value !== verb) return html`<details><summary>${`${verb}.toml`} <small>${t("the same as text")}</small></summary><pre tabindex="0" id=${`${verb}-text`}>${text}</pre><button type="button" id=${`${verb}-edit`} onClick=${() => { editing.value = verb; }}>${t("Edit the text")}</button></details>`;
   const take = () => typed(verb, document.getElementById(`${verb}-toml`).value);
   return html`<label for=${`${verb}-toml`}>${`${verb}.toml`}</label><textarea id=${`${verb}-toml`} rows="16" spellcheck=${false} defaultValue=${text}></textarea>
-    <p class="buttons"><button type="button" class="main" id=${`${verb}-take`} onClick=${take}>${t("Take this text")}</button><button type="button" onClick=${() => { editing.value = ""; }}>${t("Leave it as it was")}</button></p>`;
+    <p class="buttons"><button type="button" class="main" id=${`${verb}-take`} onClick=${take}>${t("Use this text")}</button><button type="button" onClick=${() => { editing.value = ""; }}>${t("Discard the changes")}</button></p>`;
 }
 
 // --- options of a command -----------------------------------------------------------------------------------

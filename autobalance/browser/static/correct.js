@@ -44,7 +44,7 @@ export function pickedInModel(hit) {
   if (!hit) return;
   if (picking.value) { angle(hit.point); return; }
   const part = view.parts[hit.part - 1];
-  if (!has("faces") || !part || part.kind !== "face") { says.value = part ? t("that is {part}", { part: `${t(part.kind.replace("_", " "))} ${part.number}` }) : t("that is no face that a correction can use"); return; }
+  if (!has("faces") || !part || part.kind !== "face") { says.value = part ? t("A correction cannot use {part}.", { part: `${t(part.kind.replace("_", " "))} ${part.number}` }) : t("A correction cannot use this face."); return; }
   use(part.id, !faces.has(part.id));
   says.value = t(faces.has(part.id) ? "face {face} chosen" : "face {face} left out", { face: part.id });
 }
@@ -77,10 +77,10 @@ function Correct() {
   const options = kinds.list.map((kind) => html`<option value=${kind.name}>${kind.name === kind.noun.toLowerCase() ? kind.name : `${kind.name}: ${t(kind.noun).toLowerCase()}`}</option>`);
   const set = (key) => ({ target }) => { chosen[key] = target.value; chosen.others = []; changed(); };
   const judge = ({ target }) => { keep("balance.judge", target.value); changed(); };
-  return html`<div class="fields wide"><label>${t("Kind of correction")} <select data-testid="method" id="method" value=${chosen.method} onInput=${set("method")}>${options}</select></label>
+  return html`<div class="fields wide"><label>${t("Correction method")} <select data-testid="method" id="method" value=${chosen.method} onInput=${set("method")}>${options}</select></label>
     <label>${t("Mixed with")} <select data-testid="also" id="also" value=${chosen.also} onInput=${set("also")}><option value="">${t("nothing else")}</option>${options}</select></label>
     <label>${t("Verdict on")} <select data-testid="judge" id="judge" value=${at("balance.judge") || "dynamic"} onInput=${judge}><option value="dynamic">${t("resultant and planes")}</option><option value="static">${t("resultant alone")}</option></select></label></div>
-    <p class="buttons"><button type="button" data-testid="compare" id="compare" onClick=${() => compare()}>${t("Compare all kinds")}</button> <${Cancel}/></p>
+    <p class="buttons"><button type="button" data-testid="compare" id="compare" onClick=${() => compare()}>${t("Compare all methods")}</button> <${Cancel}/></p>
     <${Listed}/><${Progress}/><${RunList}/><${Faces}/><${Zones}/><p class="quiet" id="pick-says" aria-live="polite">${says.value}</p>
     <details><summary>${t("Limits")}</summary><div id="limits">${methods().map(kinds.of).filter((kind) => kind).map((kind) => html`<${Limits} key=${kind.name} kind=${kind}/>`)}</div></details><${Board}/>`;
 }
@@ -89,7 +89,7 @@ function Correct() {
 export function Listed() {
   if (!listed.cuts) return "";
   const free = () => { listed.cuts = null; changed(); };
-  return html`<p class="buttons" data-testid="listed">${t("The job lists {count} cuts, made exactly so.", { count: listed.cuts.length })} <button type="button" data-testid="plan-freely" onClick=${free}>${t("Plan freely again")}</button></p>`;
+  return html`<p class="buttons" data-testid="listed">${t("The job lists {count} cuts. They are made exactly as listed.", { count: listed.cuts.length })} <button type="button" data-testid="plan-freely" onClick=${free}>${t("Plan freely again")}</button></p>`;
 }
 
 function Limits({ kind }) {
@@ -99,7 +99,7 @@ function Limits({ kind }) {
 
 function Faces() {
   const known = state.inspected?.report.faces || [], row = (id, words) => html`<label class="check" key=${id} data-face=${id}><input type="checkbox" checked=${faces.has(id)} onInput=${({ target }) => use(id, target.checked)}/> ${id} <small>${words}</small></label>`;
-  return html`<details id="faces-box" open hidden=${!has("faces")}><summary>${t("Faces to use")} <small>${t("none ticked: the program chooses; or click them in the model")}</small></summary><div id="faces" data-testid="faces">
+  return html`<details id="faces-box" open hidden=${!has("faces")}><summary>${t("Faces to use")} <small>${t("leave empty for automatic choice, or click faces in the model")}</small></summary><div id="faces" data-testid="faces">
     ${[...faces].filter(isPoint).map((point) => row(point, t("the face at this point of the file [mm]")))}
     ${known.map((face, k) => row(face.id, html`${t("web")} ${face.web ?? "–"}, <${Measured} of=${`faces.${k}.area_mm2`} value=${face.area_mm2} digits=${0}/> ${unitOf("mm²")}, <${Predicted} value=${Math.hypot(...face.unbalance_per_mm_g_mm)} digits=${0}/> g·mm ${t("per")} mm`))}
     ${known.length ? "" : t("Open the crank first.")}</div></details>`;
@@ -110,7 +110,7 @@ function Zones() {
   return html`<details id="zones-box" open hidden=${!hasZones()}><summary>${t("Angles about the axis")} <small>${t("from crankpin 1, counter-clockwise")}</small></summary>
     <div id="zones">${zones.list.map((zone, place) => html`<${Zone} key=${place} zone=${zone} place=${place}/>`)}</div>
     <p class="buttons"><button type="button" id="add-zone" onClick=${() => add({ from: 120, to: 240, allowed: true })}>${t("Allow a zone")}</button><button type="button" id="add-forbidden" onClick=${() => add({ from: 170, to: 190, allowed: false })}>${t("Forbid a zone")}</button>
-    <button type="button" id="pick-zone" onClick=${pick}>${t("Pick in the model")}</button> <select id="zone-kind" aria-label=${t("What the picked zone is")} value=${kindOfZone.value} onInput=${({ target }) => { kindOfZone.value = target.value; }}><option value="allowed">${t("allowed")}</option><option value="forbidden">${t("forbidden")}</option></select></p></details>`;
+    <button type="button" id="pick-zone" onClick=${pick}>${t("Pick in the model")}</button> <select id="zone-kind" aria-label=${t("Kind of the picked zone")} value=${kindOfZone.value} onInput=${({ target }) => { kindOfZone.value = target.value; }}><option value="allowed">${t("allowed")}</option><option value="forbidden">${t("forbidden")}</option></select></p></details>`;
 }
 
 function Zone({ zone, place }) {

@@ -17,10 +17,10 @@ export function setUp() {
 
 function Box() {
   const { undone, redone } = steps(), place = dragged.gripped;
-  return html`<div id="dragged" data-testid="dragged" role="group" aria-label=${t("What was dragged")} hidden=${!anyMoved()}>
+  return html`<div id="dragged" data-testid="dragged" role="group" aria-label=${t("Dragged cuts")} hidden=${!anyMoved()}>
     <p class="quiet">${t("Predicted, not yet cut")}</p><${Left} id="dragged-says"/><${Walls}/>
     ${place >= 0 && cuts()[place]?.drills.length > 1 ? html`<${Drill} place=${place} id="gripped-drill"/>` : ""}<${Together}/>
-    <p class="buttons"><button type="button" id="try-dragged" data-testid="try-dragged" hidden=${dragged.verb !== "balance"} onClick=${trial}>${t("Cut and measure")}</button> <button type="button" id="undo-dragged" onClick=${asItWas}>${t("As it was")}</button> <button type="button" id="undo" data-testid="undo" disabled=${!undone} aria-label=${t("Undo")} onClick=${undo}>↶</button> <button type="button" id="redo" data-testid="redo" disabled=${!redone} aria-label=${t("Redo")} onClick=${redo}>↷</button></p></div>`;
+    <p class="buttons"><button type="button" id="try-dragged" data-testid="try-dragged" hidden=${dragged.verb !== "balance"} onClick=${trial}>${t("Cut and measure")}</button> <button type="button" id="undo-dragged" onClick=${asItWas}>${t("Reset")}</button> <button type="button" id="undo" data-testid="undo" disabled=${!undone} aria-label=${t("Undo")} onClick=${undo}>↶</button> <button type="button" id="redo" data-testid="redo" disabled=${!redone} aria-label=${t("Redo")} onClick=${redo}>↷</button></p></div>`;
 }
 
 // Depths end where the walls of a hole's own place and drill do; of another place or drill nobody has looked at them.
@@ -28,7 +28,7 @@ const Walls = () => (anyElsewhere() ? html`<p class="quiet walls">${t("Walls at 
 
 function Together() {
   if (!someAlike()) return "";
-  return html`<label class="check"><input type="checkbox" data-testid="together" checked=${dragged.together} onInput=${({ target }) => { dragged.together = target.checked; redraw(); }}/> ${t("with what is alike in other webs")}</label>`;
+  return html`<label class="check"><input type="checkbox" data-testid="together" checked=${dragged.together} onInput=${({ target }) => { dragged.together = target.checked; redraw(); }}/> ${t("with the equal cuts in other webs")}</label>`;
 }
 
 function Drill({ place, id }) {
@@ -57,7 +57,7 @@ export function Panel() {
   const { verb } = dragged;
   return html`<details id="drag-box" data-testid="drag" hidden=${!cuts().length}><summary>${t("Drag depths and holes")} <small>${t("predicted: a linear model about this result")}</small></summary>
     <div id="drags">${cuts().map((cut, place) => html`<${Sliders} key=${cut.number} cut=${cut} place=${place}/>`)}</div><${Left} id="predictions"/><${Walls}/>
-    <p class="buttons"><button type="button" id="try-depths" data-testid="try-depths" hidden=${verb !== "balance"} onClick=${trial}>${t("Cut and measure")}</button> <button type="button" id="undo-depths" onClick=${asItWas}>${t("As it was")}</button></p></details>`;
+    <p class="buttons"><button type="button" id="try-depths" data-testid="try-depths" hidden=${verb !== "balance"} onClick=${trial}>${t("Cut and measure")}</button> <button type="button" id="undo-depths" onClick=${asItWas}>${t("Reset")}</button></p></details>`;
 }
 
 function Sliders({ cut, place }) {

@@ -34,7 +34,7 @@ export function Field({ id, field, now, set, testid, label, list, help = true, w
   const isTable = typeof now === "object" && now !== null && (!Array.isArray(now) || now.some((each) => typeof each === "object")); // in its place: in the text
   const common = { id, title: t(says || ""), "data-testid": testid, disabled: isTable, onInput: typing, "aria-describedby": [wrong ? `${id}-note` : "", says && help ? `${id}-help` : ""].filter((each) => each).join(" ") || undefined, "aria-invalid": wrong ? "true" : undefined };
   const input = options.length
-    ? html`<select ...${common} value=${own.current}><option value="">${usual ? `${t("usual")}: ${usual}` : ""}</option>${options.map(([value, text]) => html`<option value=${value}>${text}</option>`)}</select>`
+    ? html`<select ...${common} value=${own.current}><option value="">${usual ? `${t("default")}: ${usual}` : ""}</option>${options.map(([value, text]) => html`<option value=${value}>${text}</option>`)}</select>`
     : html`<input ...${common} value=${isTable ? "" : own.current} inputMode=${kind === "number" ? "decimal" : "text"} placeholder=${usual && CONVERTED.includes(unit) && Number.isFinite(Number(usual)) ? asShown(Number(usual), unit) : usual} list=${list}/>`;
   return html`<label class=${options.length ? "choice" : ""}>${label || `${t(words)}${unit ? ` [${unitOf(unit)}]` : ""}`}${input}${says && help ? html`<small class="help" id=${`${id}-help`}>${t(says)}</small>` : ""}${wrong === undefined ? "" : html`<small class="note" id=${`${id}-note`}>${wrong}</small>`}</label>`;
 }

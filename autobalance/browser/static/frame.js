@@ -102,7 +102,7 @@ const LINES = {
     const more = { text: t("Big digits"), id: "big", work: () => { big.value = true; } };
     return { tone: needs ? "plain" : isWithin ? "good" : "bad", words: needs ? t("Nothing read yet") : t(isWithin ? "Read within tolerance" : "Read above tolerance"), says: needs || t("The next cuts follow from the reading."), bars, more, main: { id: "recut", words: t("Plan the next cuts"), off: Boolean(needs), work: () => recut(false) } };
   },
-  analyse: () => ({ tone: "plain", words: t("Analyses"), says: t("Computed from the job, or from a file of their own; nothing is cut."), main: { id: "analyse", words: t("Compute and draw"), work: analyse } }),
+  analyse: () => ({ tone: "plain", words: t("Analyses"), says: t("Computed from the job or from a separate file. Nothing is cut."), main: { id: "analyse", words: t("Compute and draw"), work: analyse } }),
 };
 const planeBars = () => {
   const { residual, tolerance } = state.result.report, planes = residual.planes.map((plane, k) => [`${t("Plane")} ${plane.name}`, plane.magnitude_g_mm, plane.uncertainty_g_mm, tolerance.planes[k].permissible_g_mm]);
@@ -135,6 +135,6 @@ function Strip() {
 }
 
 const PARTS = [["journal", "main journals"], ["pin", "crankpins"], ["web", "webs and counterweights"]];
-const GONE = [["cut", "comes off"]];
+const GONE = [["cut", "removed metal"]];
 const isOfResult = () => ["see", "machine"].includes(tab()) && state.result;
 const Key = () => (state.inspected || state.result ? (isOfResult() ? GONE : PARTS).map(([colour, words]) => html`<span><i class="swatch" style=${{ "--c": `var(--${colour})` }}></i>${t(words)}</span>`) : "");

@@ -28,5 +28,5 @@ function JobText() {
   return html`<pre data-testid="job-text" id="job-text" tabindex="0" hidden=${isTyped}>${state.text}</pre>
     <button type="button" id="edit-job" data-testid="edit-job" hidden=${isTyped} onClick=${edit}>${t("Edit the text")}</button>
     <div id="job-edit" hidden=${!isTyped}><label for="job-toml">${t("The job's text")}</label><textarea id="job-toml" data-testid="job-toml" rows="16" spellcheck=${false} value=${typed.value ?? ""} onInput=${({ target }) => { typed.value = target.value; }}></textarea>
-    <p class="buttons"><button type="button" id="take-job" data-testid="take-job" class="main" onClick=${take}>${t("Take this job")}</button> <button type="button" id="leave-job" onClick=${leave}>${t("Leave it as it was")}</button></p></div>`;
+    <p class="buttons"><button type="button" id="take-job" data-testid="take-job" class="main" onClick=${take}>${t("Use this job")}</button> <button type="button" id="leave-job" onClick=${leave}>${t("Discard the changes")}</button></p></div>`;
 }

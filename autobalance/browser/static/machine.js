@@ -101,7 +101,7 @@ export function missing() {
     need(`g-mm-${place}`, t("Enter the amount that the machine reads."));
     need(`angle-${place}`, t("Enter the angle that the machine reads."));
   }
-  need("umar", t("Enter the least residual that the machine reaches."));
+  need("umar", t("Enter the minimum achievable residual of the machine."));
   need("urr", t("Enter the machine's reduction ratio."));
   return found;
 }
@@ -126,11 +126,11 @@ function Machine() {
   const bobs = report.engine.bob_weights;
   return html`<p class="quiet" id="bob-card">${bobs.map((each, k) => html`<span>${t("Throw {number}: clamp on", { number: each.throw })} <${Measured} of=${`engine.bob_weights.${k}.fit_g`} value=${each.fit_g}/> g, ± <${Measured} of=${`engine.bob_weights.${k}.tolerance_g`} value=${each.tolerance_g}/> g. </span>`)}</p>
     <details><summary>${t("The machine")} <small>${t("kept from one crank to the next")}</small></summary><div class="fields">
-    <${One} field=${number("urr", "Reduction ratio URR", "%")}/><${One} field=${number("umar", "Least residual Umar", "g·mm")}/>
-    <${Choice} of=${choice("rotation", "Angles count", [["ccw", "counter-clockwise"], ["cw", "clockwise"]])}/><${One} field=${number("zero", "The machine's zero at", "°")}/><${Choice} of=${choice("reads", "It reads", [["heavy", "the heavy side"], ["light", "the light side"]])}/></div></details>
+    <${One} field=${number("urr", "Unbalance reduction ratio URR", "%")}/><${One} field=${number("umar", "Minimum achievable residual Umar", "g·mm")}/>
+    <${Choice} of=${choice("rotation", "Angles increase", [["ccw", "counter-clockwise"], ["cw", "clockwise"]])}/><${One} field=${number("zero", "Machine zero at", "°")}/><${Choice} of=${choice("reads", "The machine shows", [["heavy", "the heavy side"], ["light", "the light side"]])}/></div></details>
     <div class="fields"><${Choice} of=${choice("planes", "Planes read", [["2", "two"], ["1", "one"]])} testid="reading-planes"/><${One} field=${number("reading-speed", "Speed", "1/min")}/><${One} field=${text("serial", "Serial number")}/><${One} field=${text("bob-weights", "Bob-weights fitted [g]", bobs.map((each) => (each.fit_g ?? each.mass_g).toFixed(2)).join("; "))}/></div>
-    <p class="quiet">${zeroWords()}. ${t("Readings count from the same zero.")}</p><${Plane} place=${1}/><${Plane} place=${2}/>
-    <p class="buttons"><button type="button" id="trust" data-testid="trust" hidden=${!refused.value} onClick=${() => recut(true)}>${t("The reading is right: go on")}</button></p><p class="quiet" id="recut-needs" data-testid="recut-needs" aria-live="polite">${Object.values(missing())[0] || ""}</p>
+    <p class="quiet">${zeroWords()}. ${t("Readings have the same zero.")}</p><${Plane} place=${1}/><${Plane} place=${2}/>
+    <p class="buttons"><button type="button" id="trust" data-testid="trust" hidden=${!refused.value} onClick=${() => recut(true)}>${t("The reading is right: continue")}</button></p><p class="quiet" id="recut-needs" data-testid="recut-needs" aria-live="polite">${Object.values(missing())[0] || ""}</p>
     <${Suspects}/><${Stages}/>${report.command === "recut" ? html`<h2>${t("The next cuts")}</h2><${Cuts} id="next-cuts" corrections=${report.corrections}/>` : ""}<${IndexTest}/><${BigDigits}/>`;
 }
 
@@ -139,7 +139,7 @@ function Suspects() {
   const amount = (k, place, key, value) => html`<${Measured} of=${`stages.${k}.suspects.${place}.${key}`} value=${value} digits=${1} named/>`;
   const found = list.flatMap((stage, k) => stage.suspects.map((each, place) => html`<li>${t("Stage")} ${stage.stage}: ${each.key}: ${each.says} (${amount(k, place, "difference_g_mm", each.difference_g_mm)} ${t("apart")}, ${amount(k, place, "left_g_mm", each.left_g_mm)} ${t("left")})</li>`));
   const warned = report.command === "recut" ? report.warnings : [];
-  return html`<ul id="suspects" data-testid="suspects" aria-label=${t("What to check")} aria-live="polite">${refused.value ? html`<li>${refused.value}</li>` : ""}${found}${warned.map((words) => html`<li>${words}</li>`)}</ul>`;
+  return html`<ul id="suspects" data-testid="suspects" aria-label=${t("Checks")} aria-live="polite">${refused.value ? html`<li>${refused.value}</li>` : ""}${found}${warned.map((words) => html`<li>${words}</li>`)}</ul>`;
 }
 
 function Stages() {
@@ -165,7 +165,7 @@ function IndexTest() {
   const { found } = index;
   const cell = (name, key, words, unit, usual) => html`<${Any} id=${`index-${name}-${key}`} field=${{ key, words, unit, kind: "number", default: usual }} now=${index[name][key]} set=${(value) => { index[name][key] = value; redraw(); }} help=${false}/>`;
   const facts = found && [["Crank", found.crank_g_mm, found.crank_deg], ["Tooling", found.tooling_g_mm, found.tooling_deg]];
-  return html`<details id="index-test"><summary>${t("Index test")} <small>${t("what of a reading is the tooling's")}</small></summary><p class="quiet">${t("Read one plane, turn the crank on its tooling, usually by 180°, and read again.")}</p>
+  return html`<details id="index-test"><summary>${t("Index test")} <small>${t("separates the tooling from the crank")}</small></summary><p class="quiet">${t("Read one plane, turn the crank on its tooling, usually by 180°, and read again.")}</p>
     <div class="fields">${cell("first", "size", "First reading", "g·mm", "")}${cell("first", "angle", "Angle", "°", "")}${cell("second", "turned", "Turned by", "°", "180")}${cell("second", "size", "Second reading", "g·mm", "")}${cell("second", "angle", "Angle", "°", "")}</div>
     <p class="buttons"><button type="button" data-testid="index-test" onClick=${separate}>${t("Separate crank and tooling")}</button></p>
     <dl aria-live="polite" data-testid="index-found">${facts ? facts.map(([name, size, angle]) => html`<dt>${t(name)}</dt><dd>${withUnit(size, 2, "g·mm")} ${t("at")} ${shown(angle, 1)}°</dd>`) : ""}</dl></details>`;

@@ -40,9 +40,9 @@ function Ready() {
     <details id="nc-box"><summary>${t("NC programs")}</summary><p class="quiet">${t("Open or paste the machine's file: machine, rotary axis, zero and tools. Or begin with an example, and put the figures of your machine in.")}</p>
     <p class="buttons"><button type="button" id="nc-example" data-testid="nc-example" onClick=${() => { machine.value = example(state.result.report.corrections); }}>${t("Begin with an example")}</button></p>
     <p><label>${t("Machine file")} <input type="file" id="machine-file" data-testid="machine-file" accept=".toml" onChange=${opened}/></label></p>
-    <label for="machine-toml">${t("Its text")}</label><textarea id="machine-toml" data-testid="machine-toml" rows="8" spellcheck=${false} value=${machine.value} onInput=${({ target }) => { machine.value = target.value; }}></textarea>
+    <label for="machine-toml">${t("Text of the machine file")}</label><textarea id="machine-toml" data-testid="machine-toml" rows="8" spellcheck=${false} value=${machine.value} onInput=${({ target }) => { machine.value = target.value; }}></textarea>
     <p class="buttons"><button type="button" id="nc" data-testid="nc" onClick=${programs}>${t("Write NC programs")}</button></p><${Programs}/>
-    <p class="quiet">${t("Simulated from their own text; not proven on a machine. The same from the command line:")}</p><pre id="nc-line" tabindex="0">autobalance nc ${folder} MACHINE.toml -o programs</pre></details>`;
+    <p class="quiet">${t("Simulated from the text of the programs, not proven on a machine. The same from the command line:")}</p><pre id="nc-line" tabindex="0">autobalance nc ${folder} MACHINE.toml -o programs</pre></details>`;
 }
 
 function Programs() {

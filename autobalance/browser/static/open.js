@@ -103,7 +103,7 @@ function reasons(report) {
   const off = report.crank.journal_misalignment_mm, free = view.parts.filter((part) => part.kind === "cylinder").length;
   return [...strange(report), ...report.warnings,
     ...(off > 0.01 ? [html`${t("the main journals are out of line by")} <${Measured} of="crank.journal_misalignment_mm" value=${off} digits=${3} named/>`] : []),
-    ...(free ? [t("cylinders along the axis taken for neither journal nor crankpin: {count}", { count: free })] : [])];
+    ...(free ? [t("cylinders that are neither main journals nor crankpins: {count}", { count: free })] : [])];
 }
 
 // A file without a unit is read in one: a crank of a weight that none has was read in the wrong one.
@@ -161,11 +161,11 @@ const PINS = { "": "find out", true: "yes", false: "no, pressed up" };
 function Open() {
   if (!state.file && !coming.value) return html`<${First}/>`;
   const pin = at("crankshaft.crankpin_in_file"), setPin = ({ target }) => { keep("crankshaft.crankpin_in_file", target.value === "" ? undefined : target.value === "true"); changed(); };
-  return html`<h2>${state.file || coming.value}</h2><${Unit}/><ul id="doubts" aria-label=${t("What is in doubt")} aria-live="polite">${doubts.value.map((each) => html`<li>${each}</li>`)}</ul><${Cylinder}/>
-    <h3>${t("What was recognised")}</h3><${Tree} report=${state.inspected?.report} row=${chosen.value.row} choose=${choose}/><${Cylinders}/>
+  return html`<h2>${state.file || coming.value}</h2><${Unit}/><ul id="doubts" aria-label=${t("Warnings")} aria-live="polite">${doubts.value.map((each) => html`<li>${each}</li>`)}</ul><${Cylinder}/>
+    <h3>${t("Recognised features")}</h3><${Tree} report=${state.inspected?.report} row=${chosen.value.row} choose=${choose}/><${Cylinders}/>
     <div class="fields"><${JobField} id="density" testid="density" table="crankshaft" label=${t("Density [kg/m³]")} field=${{ ...DENSITY, default: String(assumed.density_kg_m3) }} help=${false}/>
       <label>${t("Crankpin in the file")} <select data-testid="crankpin-in-file" id="crankpin-in-file" value=${pin === undefined ? "" : String(pin)} onInput=${setPin}>${Object.entries(PINS).map(([value, words]) => html`<option value=${value}>${t(words)}</option>`)}</select></label></div>
-    <p class="buttons"><button type="button" data-testid="open" id="open" onClick=${async () => { await sending; open(); }}>${t("Look at it again")}</button> <button type="button" id="forget-overrides" hidden=${!at("crankshaft.main_journals") && !at("crankshaft.crankpins")} onClick=${forget}>${t("Recognise it all again")}</button></p>
+    <p class="buttons"><button type="button" data-testid="open" id="open" onClick=${async () => { await sending; open(); }}>${t("Measure it again")}</button> <button type="button" id="forget-overrides" hidden=${!at("crankshaft.main_journals") && !at("crankshaft.crankpins")} onClick=${forget}>${t("Recognise it all again")}</button></p>
     <details class="fold" id="other-crank"><summary>${t("Another crank")}</summary><${Ways}/></details>`;
 }
 
@@ -204,7 +204,7 @@ const size = () => (long() === null ? "" : `: ${t("read in {unit}; {length} from
 function Cylinder() {
   const part = view.parts[chosen.value.part - 1];
   if (!part?.file_centre_mm) return html`<div id="cylinder" hidden></div>`;
-  const now = { main_journal: t("is main journal {number}", part), throw: t("is the crankpin of throw {number}", part), cylinder: t("was taken for neither journal nor crankpin") }[part.kind];
+  const now = { main_journal: t("is main journal {number}", part), throw: t("is the crankpin of throw {number}", part), cylinder: t("is neither a main journal nor a crankpin") }[part.kind];
   const as = (id, key, words) => html`<button type="button" id=${id} onClick=${() => override(key)}>${t(words)}</button> `;
   return html`<div id="cylinder"><p id="cylinder-says" aria-live="polite">${t("This cylinder, {size}, {now}. It is", { size: sizeOf(part), now })}</p>${as("is-journal", "main_journals", "a main journal")}${as("is-crankpin", "crankpins", "a crankpin")}${as("is-neither", null, "neither")}</div>`;
 }
@@ -212,5 +212,5 @@ const sizeOf = (part) => `⌀${withUnit(part.diameter_mm, 2, "mm")} × ${withUni
 
 function Cylinders() {
   const free = view.parts.flatMap((part, k) => (part.kind === "cylinder" ? [[part, k + 1]] : []));
-  return html`<details id="cylinders-box" hidden=${!free.length}><summary>${t("Cylinders taken for neither journal nor crankpin")}</summary><ul id="cylinders">${free.map(([part, place]) => html`<li><button type="button" onClick=${() => choosePart(place, "")}>${sizeOf(part)}</button></li>`)}</ul></details>`;
+  return html`<details id="cylinders-box" hidden=${!free.length}><summary>${t("Cylinders that are neither main journals nor crankpins")}</summary><ul id="cylinders">${free.map(([part, place]) => html`<li><button type="button" onClick=${() => choosePart(place, "")}>${sizeOf(part)}</button></li>`)}</ul></details>`;
 }

@@ -15,7 +15,7 @@ export function Numbers() {
   const rows = [[t("resultant"), initial, residual, tolerance.permissible_g_mm, "", "tolerance.permissible_g_mm"], ...residual.planes.map((plane, k) => [`${t("plane")} ${plane.name}`, initial.planes[k], plane, tolerance.planes[k].permissible_g_mm, `planes.${k}.`, `tolerance.planes.${k}.permissible_g_mm`])];
   const cell = (of, value, digits = 2) => html`<td><${Measured} of=${of} value=${value} digits=${digits}/></td>`;
   return html`<table id="numbers"><caption>${t("Measured on the written solid; unbalance in {unit}", { unit: unitOf("g·mm") })}</caption>
-    <thead><tr><th></th><th scope="col">${t("before")}</th><th scope="col">${t("after")}</th><th scope="col">${t("permitted, or aim")}</th></tr></thead><tbody>
+    <thead><tr><th></th><th scope="col">${t("before")}</th><th scope="col">${t("after")}</th><th scope="col">${t("permitted or target")}</th></tr></thead><tbody>
     ${rows.map(([name, before, after, limit, path, key]) => html`<tr><th scope="row">${name}</th>${cell(`initial.${path}magnitude_g_mm`, before.magnitude_g_mm)}${cell(`residual.${path}magnitude_g_mm`, after.magnitude_g_mm)}${cell(key, limit)}</tr>`)}
     ${bob ? html`<tr><th scope="row">${t("bob-weight, throw {number}", { number: 1 })} [g]</th><td></td>${cell("engine.bob_weights.0.mass_g", bob.mass_g)}<td></td></tr>` : ""}
     <tr><th scope="row">${t("balance factor")}</th>${cell("balance_factor.initial", factor.initial, 4)}${cell("balance_factor.final", factor.final, 4)}${cell("balance_factor.target", factor.target, 4)}</tr>
@@ -26,10 +26,10 @@ export function Doubts() {
   const report = state.result?.report;
   const shares = Object.entries(report?.residual.uncertainty_shares_g_mm || {}), together = report?.residual.uncertainty_g_mm, unstated = report?.residual.uncertainty_unstated || [];
   const line = (name, key, value) => html`<tr><th scope="row">${name}</th><td><${Measured} of=${key} value=${value} digits=${3}/></td></tr>`;
-  return html`<details id="doubt-box" hidden=${!shares.length}><summary>${t("How far the residual may be off")}</summary>
+  return html`<details id="doubt-box" hidden=${!shares.length}><summary>${t("Uncertainty of the residual")}</summary>
     <table id="budget"><caption>${t("Causes, in {unit} of the resultant", { unit: unitOf("g·mm") })}</caption><thead><tr><th scope="col">${t("cause")}</th><th scope="col">±</th></tr></thead>
     <tbody>${shares.map(([cause, value]) => line(t(CAUSES[cause] || cause), `residual.uncertainty_shares_g_mm.${cause}`, value))}${together === null || together === undefined ? "" : line(t("together"), "residual.uncertainty_g_mm", together)}</tbody></table>
-    <p class="quiet" id="unstated">${unstated.length ? t("Not stated in the job, so counted as nothing: {causes}.", { causes: unstated.join(", ") }) : ""}</p></details>
+    <p class="quiet" id="unstated">${unstated.length ? t("No tolerance given, taken as 0: {causes}.", { causes: unstated.join(", ") }) : ""}</p></details>
     <details><summary>${t("Passes")}</summary><${Passes} steps=${report?.steps || []}/></details>`;
 }
 

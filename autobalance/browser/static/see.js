@@ -14,7 +14,7 @@ import { toast } from "/static/toast.js";
 import { changeText, judged } from "/static/verdict.js";
 import { locale, t } from "/static/words.js";
 
-const FILES = { "report.html": "Report as a page", "sheet.pdf": "Shop sheet", "balance.xlsx": "Workbook", "crank-before.png": "Picture before", "crank-after.png": "Picture after", "history.html": "History of stages", "reading.toml": "Reading to fill in", "certificate.pdf": "Certificate", "bob-weights.pdf": "Bob-weight card", "holes.csv": "List of holes", "drawing.dxf": "Drawing (DXF)" };
+const FILES = { "report.html": "Report as a page", "sheet.pdf": "Shop sheet", "balance.xlsx": "Workbook", "crank-before.png": "Picture before", "crank-after.png": "Picture after", "history.html": "History of stages", "reading.toml": "Blank reading file", "certificate.pdf": "Certificate", "bob-weights.pdf": "Bob-weight card", "holes.csv": "List of holes", "drawing.dxf": "Drawing (DXF)" };
 const AXES = { none: "none", z: "the axis", x: "the throw", y: "y" };
 let view = null;
 const none = signal("No result yet"); // what stands where no result is
@@ -125,7 +125,7 @@ function Files() {
   const files = (told?.files || []).filter((name) => name !== "report.json" && name !== solid), grouped = PAPERS.flatMap(([, names]) => names);
   const known = (name) => (files.includes(name) ? link(name, FILES[name] || name) : papers.includes(name) ? link(name, FILES[name] || name, { room: "papers" }) : "");
   const others = [...files, ...papers].filter((name) => !grouped.includes(name));
-  return html`<div id="downloads" data-testid="papers"><h2>${t("Papers")}</h2>${PAPERS.map(([words, names]) => html`<p><small>${t(words)}</small>${names.map(known)}</p>`)}
+  return html`<div id="downloads" data-testid="papers"><h2>${t("Documents")}</h2>${PAPERS.map(([words, names]) => html`<p><small>${t(words)}</small>${names.map(known)}</p>`)}
     <p><small>${t("For you")}</small>${solid ? link(solid, "Corrected solid", { id: "download-solid" }) : ""}${link("report.json", "Report", { id: "download-report" })}${others.map(known)}<button type="button" id="download-job" hidden=${!told?.crank} onClick=${saveJob}>${t("Job")}</button></p></div>`;
 }
 

@@ -34,7 +34,7 @@ export function Tree({ report, row, choose }) {
     else return;
     event.preventDefault();
   };
-  return html`<ul role="tree" data-testid="tree" id="tree" aria-label=${t("What was recognised")}>${rows.map(([kind, count, name, says, centre, radius], place) => {
+  return html`<ul role="tree" data-testid="tree" id="tree" aria-label=${t("Recognised features")}>${rows.map(([kind, count, name, says, centre, radius], place) => {
     const item = { row: `${kind} ${count}`, kind, number: count, centre, radius };
     return html`<li key=${item.row} role="treeitem" tabindex=${place === at ? 0 : -1} aria-level=${kind === "axis" ? 1 : kind === "face" ? 3 : 2} aria-selected=${String(row === item.row)} data-kind=${kind} data-number=${String(count)} onClick=${() => { focused.value = place; choose(item); }} onKeyDown=${(event) => keys(event, place, item)}>${name} <span>${says}</span></li>`;
   })}</ul>`;

@@ -19,13 +19,13 @@ export function judged() {
 function sentence({ residual, tolerance }) {
   const U = residual.uncertainty_g_mm, left = `${shown(residual.magnitude_g_mm, 2, "g·mm")}${typeof U === "number" ? ` ± ${shown(U, 2, "g·mm")}` : ""}`;
   const given = { left, permitted: withUnit(tolerance.permissible_g_mm, 2, "g·mm"), grade: tolerance.grade_mm_s, speed: tolerance.speed_rpm };
-  return typeof tolerance.grade_mm_s === "number" ? t("{left} is left of {permitted} that G {grade} permits at {speed} rpm.", given) : t("{left} is left of {permitted} that are permitted.", given);
+  return typeof tolerance.grade_mm_s === "number" ? t("Residual {left}; G {grade} permits {permitted} at {speed} rpm.", given) : t("Residual {left}; {permitted} is permitted.", given);
 }
 
 // What a person calls a key of the job: its field's label.
 export function labelOf(path) {
   const [table, ...rest] = path.replace(/\[\d+\]/g, "").split("."), key = rest.join("."), last = rest.at(-1) || table;
-  if (path === "correction.method") return t("Kind of correction");
+  if (path === "correction.method") return t("Correction method");
   const kind = table === "correction" ? kinds.of(rest[0]) : null;
   const field = kind ? kind.keys.find((each) => `${kind.name}.${each.key}` === key) : state.declared.tables.find((each) => each.table === table)?.keys.find((each) => each.key === key);
   const words = field ? t(field.words) : last.replace(/_(g|mm|deg|rpm|percent)$/, "").replaceAll("_", " ");
