@@ -6,6 +6,13 @@ from pathlib import Path
 
 import pytest
 
+from autobalance.declare import POSITIVE, Key
+from autobalance.errors import JobError
+from autobalance.job.header import SHOP
+from autobalance.toml_files.decimal_comma import DecimalCommaWarning
+from autobalance.toml_files.document import toml_of
+from autobalance.toml_files.keys import json_schema, read
+from autobalance.toml_files.typed_units import in_base_units
 from tests import jobs
 
 READING = "urr_percent = 95.0\numar_g_mm = 2.0\n"
@@ -14,9 +21,10 @@ READING = "urr_percent = 95.0\numar_g_mm = 2.0\n"
 @pytest.mark.parametrize(
     ("text", "line", "said"),
     [
-        (b"[engine]\npiston = 221,5 # g\n", 2, "write a decimal point: 221.5"),
-        (b"[engine]\npiston = { g = 221,5 }\n", 2, "write a decimal point: 221.5"),
-        (b"[balance]\n\nfactor = -0,28\n", 3, "write a decimal point: -0.28"),
+        (b"[engine]\npiston = 221,500 # g\n", 2, "write 221.500 or 221500"),
+        (b"[engine]\npiston = { g = 221,500 }\n", 2, "write 221.500 or 221500"),
+        (b"[balance]\n\nspeed_rpm = 15,200\n", 3, "write 15.200 or 15200"),
+        (b"[balance]\nfactor = 1,234,5\n", 2, "is not valid TOML"),
         (b"[balance]\nfactor = .28\n", 2, "write 0.28"),
         (b"[balance]\nfactor = 5.\n", 2, "write 5.0"),
         (b"[balance]\nspeed_rpm = 11 000  # highest\n", 2, "; write 11000\n"),
@@ -45,6 +53,51 @@ def test_a_slip_in_a_file_is_told_with_its_cure(
     assert error.count("\n") == 1
     if "UTF-16" not in said:
         assert f"line {line}" in error
+
+
+def test_a_decimal_comma_that_can_be_nothing_else_is_read_and_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    job = jobs.bundled_job(tmp_path, factor="0,28", speed_rpm="15200,0  # highest")
+    text = job.read_text(encoding="utf-8").replace("[correction]", "[correction] # 1,5")
+    job.write_text(text, encoding="utf-8")
+    assert (
+        jobs.run("balance", job, "--json", "-", "--set", "balance.grade=6,3", "--set", 'job.note="a 1,5"')
+        == 0
+    )
+    out, said = capsys.readouterr()
+    told = [line for line in said.splitlines() if "decimal point" in line]
+    factor = 1 + next(n for n, line in enumerate(text.splitlines()) if line.startswith("factor"))
+    speed = 1 + next(n for n, line in enumerate(text.splitlines()) if line.startswith("speed_rpm"))
+    ends = "; the comma is a decimal point"
+    assert told == [
+        f"autobalance: warning: {job.name}, line {factor}: 0,28 is read as 0.28{ends}",
+        f"autobalance: warning: {job.name}, line {speed}: 15200,0 is read as 15200.0{ends}",
+        f"autobalance: warning: --set balance.grade: 6,3 is read as 6.3{ends}",
+    ]
+    assert json.loads(out)["job"]["balance"]["factor"] == 0.28
+
+
+def test_texts_with_a_decimal_comma_and_a_unit_are_read_too() -> None:
+    text = "[engine.rotating_g]\nrod = { oz = 4,5, pm = 0,1 }\n"
+    with pytest.warns(DecimalCommaWarning, match=r"line 2: (4,5|0,1) is read as"):
+        assert toml_of(text, "job.toml") == {"engine": {"rotating_g": {"rod": {"oz": 4.5, "pm": 0.1}}}}
+    keys = (Key("drill_mm", float, "", POSITIVE, 1.0), Key("mass", float, "", POSITIVE, 1.0, typed="g"))
+    raw = {"drill_mm": "9,5 mm", "mass": "221,5 g"}
+    with pytest.warns(DecimalCommaWarning, match="as 9.5 mm"):
+        based = in_base_units(raw)
+    with pytest.warns(DecimalCommaWarning, match="as 221.5 g"):
+        assert read(based, keys) == {"drill_mm": 9.5, "mass": 221.5}
+    with pytest.raises(JobError, match="221,500"):
+        read({"mass": "221,500 g"}, keys)
+
+
+def test_one_drill_of_a_shop_is_taken_for_a_list_of_one() -> None:
+    key = next(key for key in SHOP.keys if key.name == "drills")
+    values = [read({"drills": drills}, (key,))["drills"] for drills in (8, "1/2 in", "mm", [8, 10])]
+    assert values == [(8.0,), (12.7,), "mm", (8.0, 10.0)]
+    arms = json_schema("shop", (key,))["properties"]["drills"]["anyOf"]
+    assert [arm.get("type") for arm in arms] == ["number", "string", None, "array"]
 
 
 def test_valid_toml_with_commas_and_other_faults_is_given_no_cure(

@@ -5,16 +5,17 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import AbstractContextManager, nullcontext
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from difflib import get_close_matches
 from importlib import import_module
 from io import TextIOWrapper
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TextIO
 
 from autobalance import registry
 from autobalance.command import objects
-from autobalance.command.console import complain, fail, open_closed_streams, written
+from autobalance.command.console import complain, fail, open_closed_streams, warn, written
 from autobalance.command.help_groups import CommandGroups
 from autobalance.errors import AutobalanceError, UsageError, system_reason
 from autobalance.registry import VERBS
@@ -27,6 +28,7 @@ from autobalance.runtime import (
     reading_noted,
     silence_loggers,
 )
+from autobalance.toml_files.decimal_comma import DecimalCommaWarning
 from autobalance.version import __version__
 
 WAYS_IN = """\
@@ -93,7 +95,7 @@ def _answered(arguments: list[str], is_alone: bool) -> int:
 def _guarded(arguments: list[str], is_alone: bool) -> int:
     """Run a command; turn what may go wrong into a line and an exit code."""
     try:
-        with interruptible():
+        with interruptible(), _commas_told():
             return _run(arguments, is_alone)
     except AutobalanceError as error:
         return fail(error.lines, error.exit_code)
@@ -109,6 +111,26 @@ def _guarded(arguments: list[str], is_alone: bool) -> int:
         return fail([f"{named}: {why}"], AutobalanceError.exit_code)
     except KeyboardInterrupt:
         return _last_words()
+
+
+@contextmanager
+def _commas_told() -> Iterator[None]:
+    """Print, once each, that a number was read with its comma as the decimal point."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("default", DecimalCommaWarning)
+        before = warnings.showwarning
+
+        def show(
+            message: Warning | str, category: type[Warning], filename: str, lineno: int,
+            file: TextIO | None = None, line: str | None = None,
+        ) -> None:  # fmt: skip
+            if issubclass(category, DecimalCommaWarning):
+                warn(str(message))
+            else:
+                before(message, category, filename, lineno, file, line)
+
+        warnings.showwarning = show
+        yield
 
 
 def _last_words() -> int:

@@ -50,6 +50,7 @@ class Key:
     ``not_empty`` is the remedy for an empty list or text; ``missing`` is an addition to the message if a key
     is missing. ``usual`` is a default that is not a value; ``verbs`` are the commands that read it.
     ``example`` is its value in a template if it has no default. ``shape`` is the rest of its JSON Schema.
+    With ``or_one``, one number may be given for a list of one.
     ``ignored`` are names that a table of an array may have and that are not read.
     """
 
@@ -71,6 +72,7 @@ class Key:
     example: Any = None
     shape: Mapping[str, Any] = field(default_factory=dict)
     ignored: tuple[str, ...] = ()
+    or_one: bool = False
 
     @property
     def unit(self) -> str:

@@ -38,12 +38,13 @@ SHOP = Key(
         Key(
             "drills",
             DrillSeries | tuple[float, ...],
-            'drills available: a series, or a list of diameters such as `[8.0, "1/2 in"]`',
+            'drills available: a series, a diameter, or a list such as `[8.0, "1/2 in"]`',
             POSITIVE,
             None,
             typed="mm",
             not_empty="leave it out, or name one",
             example=[8.0, 10.0, "1/2 in"],
+            or_one=True,
         ),
         Key(
             "slugs",

@@ -53,6 +53,8 @@ PREFER = (
 )
 
 
+OF_TOOLS = ("diameters_mm", "lengths_mm")
+"""Lists of which one alone may be given without brackets."""
 _KEYS: dict[type[Limits], tuple[Key, ...]] = {}
 
 
@@ -158,6 +160,7 @@ def _key(each: Field[Any], hints: Mapping[str, Any], says: str, usual: str) -> K
         usual=usual,
         not_empty=instead if lists else "",
         typed=typed,
+        or_one=each.name in OF_TOOLS,
     )
 
 

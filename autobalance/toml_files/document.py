@@ -10,6 +10,7 @@ from typing import Any
 
 from autobalance.errors import JobError, file_errors, refuse_pipe
 from autobalance.runtime import note_read
+from autobalance.toml_files.decimal_comma import tell, with_points
 
 MAX_DEPTH = 32
 """Tables and lists inside each other at most: those that people write have four."""
@@ -46,6 +47,8 @@ def text_of(path: Path, what: str) -> str:
 def toml_of(text: str, name: str) -> dict[str, Any]:
     """Return the tables of a TOML text; ``name`` is its file's, for messages.
 
+    A decimal comma in a number that can be nothing else is read, with a warning.
+
     Raises
     ------
     JobError
@@ -58,6 +61,12 @@ def toml_of(text: str, name: str) -> dict[str, Any]:
             raise RecursionError(f"it nests deeper than {MAX_DEPTH} tables")
         return table
     except tomllib.TOMLDecodeError as error:
+        pointed, commas = with_points(text)
+        if commas:
+            table = toml_of(pointed, name)
+            for line, number in commas:
+                tell(f"{name}, line {line}", number)
+            return table
         raise JobError(f"{name} is not valid TOML: {_first_line(error)}{_slip(text, error)}") from None
     except (ValueError, RecursionError) as error:
         raise JobError(f"{name} is not usable TOML: {_first_line(error)}") from None
@@ -136,6 +145,10 @@ WHOLE_LINE_SLIPS: tuple[tuple[re.Pattern[str], Cure], ...] = (
 )
 """Words that users type that are not TOML, and their replacement."""
 SLIPS: tuple[tuple[re.Pattern[str], Cure], ...] = (
+    (
+        re.compile(r"[-+]?\d+,\d{3}(?!\d)"),
+        lambda found: f"write {found[0].replace(',', '.')} or {found[0].replace(',', '')}",
+    ),
     (
         re.compile(r"[-+]?\d+,\d+"),
         lambda found: f"write a decimal point: {found[0].replace(',', '.')}",

@@ -25,6 +25,7 @@ from autobalance.declare import (
 )
 from autobalance.errors import JobError
 from autobalance.toml_files.convert import LARGEST_OF_ALL, MAX_NUMBER, shown
+from autobalance.toml_files.decimal_comma import point_for_comma, tell
 from autobalance.toml_files.document import text_of, toml_of
 from autobalance.toml_files.faults import Faults
 from autobalance.toml_files.table import Table, unknown_keys
@@ -140,7 +141,11 @@ def value_of(table: Table, key: Key) -> Any:
         return key.default
     if key.hint is dict and there:
         return dict(Table(raw, where, None).raw)
-    value = _typed(table, key) if isinstance(raw, str | list) else table.value(key.name, key.hint, key.rule)
+    value = (
+        _typed(table, key)
+        if isinstance(raw, str | list) or key.or_one
+        else table.value(key.name, key.hint, key.rule)
+    )
     if key.not_empty and value in ("", ()):
         empty = "empty" if value == "" else "an empty list"
         raise JobError(f"{where} is {empty}; {key.not_empty}")
@@ -158,23 +163,34 @@ def _table_value(raw: object, key: Key, where: str) -> Values:
 
 def _typed(table: Table, key: Key) -> Any:
     """Return a value whose numbers may be texts with their unit."""
-    unit, raw = TYPED_UNITS.get(key.typed_unit), table.raw[key.name]
-    if unit is None:
-        return table.value(key.name, key.hint, key.rule)
-    number = _as_number(raw, unit, table.place(key.name))
+    unit, raw = TYPED_UNITS.get(key.typed_unit), table.raw.get(key.name)
+    number = raw if unit is None else _as_number(raw, unit, table.place(key.name))
+    if key.or_one and _is_number(number):
+        number = [number]
     try:
         return Table({key.name: number}, table.path, None).value(key.name, key.hint, key.rule)
     except JobError as error:
         fault = str(error)
-        if number is not raw or not isinstance(raw, str) or fault.endswith("?"):
+        if unit is None or number is not raw or not isinstance(raw, str) or fault.endswith("?"):
             raise
         raise JobError(f'{fault}, or with its unit: "{unit.example}"') from None
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _as_number(raw: object, unit: TypedUnit, where: str) -> object:
     if isinstance(raw, list):
         return [_as_number(item, unit, f"{where}[{place}]") for place, item in enumerate(raw, 1)]
-    return unit.number(raw, where) if isinstance(raw, str) and unit.fits(raw) else raw
+    if not isinstance(raw, str):
+        return raw
+    pointed = point_for_comma(raw)
+    if not unit.fits(pointed):
+        return raw
+    if pointed != raw:
+        tell(where, raw)
+    return unit.number(pointed, where)
 
 
 def _many(table: Table, key: Key) -> Any:
@@ -290,10 +306,18 @@ def _value_schema(key: Key) -> Values:
         plain_value = _hint_schema(key.hint, key.rule, key.typed_unit)
         return {"anyOf": [plain_value, free]}
     if not key.keys:
-        return _filled(_hint_schema(key.hint, key.rule, key.typed_unit), key)
+        schema = _filled(_hint_schema(key.hint, key.rule, key.typed_unit), key)
+        return _with_one(schema) if key.or_one else schema
     tables = [_key_schema(form) for form in key.forms] or [_table_schema(key.keys)]
     arms = tables if key.hint is None else [_hint_schema(key.hint, key.rule, key.typed_unit), *tables]
     return arms[0] if len(arms) == 1 else {"anyOf": arms}
+
+
+def _with_one(schema: Values) -> Values:
+    """Return the schema of a list that takes one of its numbers too."""
+    arms = schema.get("anyOf", [schema])
+    items = next(arm["items"] for arm in arms if arm.get("type") == "array")
+    return {"anyOf": [*items.get("anyOf", [items]), *arms]}
 
 
 def _filled(schema: Values, key: Key) -> Values:

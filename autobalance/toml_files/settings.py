@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from autobalance.errors import JobError
+from autobalance.toml_files.decimal_comma import point_for_comma, tell
 from autobalance.toml_files.document import refuse_deep
 
 PART = re.compile(r"([A-Za-z0-9_\-·°]+)((?:\[\d+\])*)")
@@ -42,11 +43,14 @@ def with_settings(values: Mapping[str, Any], settings: Sequence[str]) -> dict[st
 
 
 def setting_of(setting: str) -> tuple[str, Any]:
-    """Return the key and the value of ``KEY=VALUE``."""
+    """Return the key and the value of ``KEY=VALUE``; a decimal comma is read, with a warning."""
     key, equals, text = setting.partition("=")
     if not equals or not key.strip():
         raise JobError(f"--set {setting!r} is not KEY=VALUE, such as balance.factor=0.5")
-    return key.strip(), value_of(text)
+    pointed = point_for_comma(text)
+    if pointed != text:
+        tell(f"--set {key.strip()}", text)
+    return key.strip(), value_of(pointed)
 
 
 def value_of(text: str) -> Any:

@@ -15,6 +15,7 @@ from autobalance.declare import COUNTED
 from autobalance.errors import JobError
 from autobalance.materials import MATERIALS
 from autobalance.toml_files.convert import did_you_mean, shown
+from autobalance.toml_files.decimal_comma import point_for_comma, tell
 from autobalance.toml_files.faults import Faults
 from autobalance.toml_files.table import Table
 from autobalance.units import G_MM_PER, G_PER
@@ -158,7 +159,11 @@ def _converted(key: str, value: Any, where: str, faults: Faults) -> Any:
 
 def _each(value: Any, where: str, convert: Callable[[str, str], float], faults: Faults) -> Any:
     if isinstance(value, str) and value != FILL_IN:
-        return convert(value, where)
+        pointed = point_for_comma(value)
+        number = convert(pointed, where)
+        if pointed != value:
+            tell(where, value)
+        return number
     if isinstance(value, list):
         places = enumerate(value, 1)
         return [_each(item, f"{where}[{place}]", convert, faults) for place, item in places]

@@ -201,9 +201,20 @@ def test_the_schema_takes_weights_as_the_reader_does() -> None:
             jsonschema.validate({"rod": weight}, schema)
 
 
-def test_one_number_in_place_of_a_list_is_told_how_a_list_is_written() -> None:
-    with pytest.raises(JobError, match=r"drill.diameters_mm is 8; must be a list, .*: \[8\]$"):
-        parsed(both(put("correction.method", "drill"), put("correction.drill", {"diameters_mm": 8})))
+def test_one_number_in_place_of_a_list_of_tools_is_taken() -> None:
+    def drills(value: object) -> tuple[float, ...] | None:
+        table = {"diameters_mm": value}
+        found = parsed(both(put("correction.method", "drill"), put("correction.drill", table)))
+        limits = found.methods[0]
+        assert isinstance(limits, DrillLimits)
+        return limits.diameters_mm
+
+    assert drills(8) == drills([8]) == (8.0,)
+    assert drills("3/8 in") == (9.525,)
+    with pytest.raises(JobError, match=r"diameters_mm is -8; must be > 0"):
+        drills(-8)
+    with pytest.raises(JobError, match=r"axis_direction is 8; must be a list of 3"):
+        parsed(put("crankshaft.axis_direction", 8))
 
 
 def test_attached_parts() -> None:

@@ -122,7 +122,7 @@ def wrong(key: Key) -> Iterator[Any]:
         yield "no such thing"
     numeric = [each for each in plain if each in (int, float, Large)]
     if not numeric:
-        yield 3.25
+        yield from beyond(key.rule, float) if key.or_one else (3.25,)
         return
     if plain == [int]:
         yield 1.5
