@@ -33,17 +33,17 @@ from autobalance.crank.recognition.layout import (
     solid_layout,
 )
 from autobalance.crank.recognition.pressed_up import pressed_up_layout
+from autobalance.crank.recognition.refusals import (
+    refuse_impossible,
+    refuse_incomplete,
+    refuse_unexplained,
+)
 from autobalance.crank.recognition.rough_cylinders import CREDIBLE_MM, RoughMesh
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise, straightened
 from autobalance.crank.recognition.through_shaft import clear_of
 from autobalance.crank.recognition.typed import NothingThereError, contradictions, typed_and_found
 from autobalance.crank.recognition.views import Views
-from autobalance.crank.recognition.webs import (
-    find_webs,
-    refuse_impossible,
-    refuse_incomplete,
-    refuse_unexplained,
-)
+from autobalance.crank.recognition.webs import find_webs
 from autobalance.disk_cache import kept
 from autobalance.errors import RecognitionError
 from autobalance.known import once

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import combinations, groupby, pairwise
+from itertools import groupby, pairwise
 
 import numpy as np
 
@@ -13,14 +13,10 @@ from autobalance.crank.anatomy import CounterweightOutline, Web
 from autobalance.crank.recognition.circles import all_within, distances, following
 from autobalance.crank.recognition.cylinder_runs import (
     MAX_INNER_DEPTH_RATIO,
-    SAME_CENTRE,
-    SAME_RADIUS,
     CylinderRun,
 )
-from autobalance.crank.recognition.layout import JournalLayout, cylinder_text
+from autobalance.crank.recognition.layout import JournalLayout
 from autobalance.crank.recognition.section_stack import ASIDE_SHARE, CrossSection, SectionPiece, SectionStack
-from autobalance.crank.recognition.through_shaft import shared_mm
-from autobalance.errors import RecognitionError
 from autobalance.types import Array
 
 MAX_COLLAR_OFFSET_RATIO = 0.02
@@ -39,35 +35,10 @@ HUB_ROUNDNESS = 0.05
 CYLINDER_MARGIN_RATIO = 0.25
 """Within the width that a job (or the recogniser) gives a cylinder, metal up to this share beyond its radius
 is still the cylinder: corners of coarse facets, a diameter given roundly."""
-NECK_SIZE_RANGE = (0.7, 1.15)
-"""Sizes of journals and crankpins lie between these, as shares of the least and most."""
-NECK_WIDTH = 0.1
-"""It is at least this long, as a share of the least crankpin's radius."""
 ROUGH_FILLET = 0.2
 """Fillets of a scanned crank are lower than this share of their cylinder's radius."""
 MAX_RAGGED_SECTIONS = 3
 """Number of a scan's sections in a row that may cut a step's face, whose waves do not form a circle."""
-ON_AXIS = 0.06
-"""A shaft's middle is off the axis by less than this share of its radius: that of seven sides by 0.05."""
-LONE_BORE = 0.3
-"""A bore in one web alone is a crankpin's from this share of the main journals' diameter on: that of the
-bolts in a flange of a crank cut lengthwise has 0.22."""
-PASSED_OVER, STEADY = 0.25, 0.015
-"""A shaft is a cylinder where its radius changes by less than the second share over more than the first share
-of it; fillets and tapers change by more."""
-MIN_THROW_WIDTH_MM = 0.5
-"""A crankpin is at least so wide: an arm's bore was reported as one of no width ..."""
-MIN_THROW_WIDTH_RATIO = 0.2
-"""... or so wide for its diameter: public cranks without a unit are read as 1.6 mm long, pins as 0.4 mm."""
-MAX_IN_WEB = 0.25
-"""A journal or crankpin is within a web over less than this share of its width: fillets of typed ones are."""
-MAX_BESIDE_BOSSES = 0.9
-"""The same share of a cylinder that is apart from all other metal. Parts on a web's face next to it, as
-bosses and bolts, make the web wider and the cylinder not part of it."""
-MAX_SHARED = 0.25
-"""Two of them share less than this part of the narrower one's width."""
-MAX_LISTED = 8
-"""Number of cylinders that a refusal lists."""
 RIM_SHARE = 0.99
 """The rim is where the counterweight reaches at least this share of its largest radius."""
 
@@ -104,242 +75,6 @@ def _faced(run: CylinderRun, others: Sequence[CylinderRun], ends: tuple[float, f
     """Return the circle of a bore in a web at that end of the part which is away from other cylinders."""
     end = ends[1] if run.z_mid > others[0].z_mid else ends[0]
     return replace(run, z_low=end, z_high=end)
-
-
-def refuse_impossible(
-    long: SectionStack, layout: JournalLayout, webs: Sequence[Web], typed_pins: bool
-) -> None:
-    """Refuse impossible cranks: a crankpin of almost no width, a cylinder within a web, two on one stretch.
-
-    ``webs`` are in the layout's z. It holds of typed cylinders as well; but webs begin if the file has no
-    surface of a typed crankpin, so that such a crankpin is only compared with the file.
-
-    Raises
-    ------
-    RecognitionError
-        With what was seen, and where.
-    """
-    names = [(f"main journal {number}", run) for number, run in enumerate(layout.journals, 1)]
-    named_pins = [(f"crankpin {number}", run) for number, run in enumerate(layout.pins, 1)]
-    for name, run in named_pins:
-        if run.width < min(MIN_THROW_WIDTH_MM, MIN_THROW_WIDTH_RATIO * 2.0 * run.radius):
-            raise RecognitionError(
-                f"{name} would be {cylinder_text(long, run)}, less than {MIN_THROW_WIDTH_MM:g} mm wide;"
-                " check the file's unit, or give crankpins with their width_mm"
-            )
-    bare = [*(() if layout.bored else names), *(() if layout.lone_bores else named_pins)]
-    found = [*names, *(() if typed_pins else named_pins)]
-    for name, run in (each for each in found if any(each[1] is run for _, run in bare)):
-        for web in webs:
-            inside = min(run.z_high, web.z_max_mm) - max(run.z_low, web.z_min_mm)
-            most = MAX_BESIDE_BOSSES if _is_bare(layout, run) else MAX_IN_WEB
-            if run.width > 0.0 and inside > most * run.width:
-                raise RecognitionError(
-                    f"{name}, {cylinder_text(long, run)}, would be within a web over {inside:.4g} mm;"
-                    f" main_journals or crankpins must name a bare cylinder: {_bare_ones(long, layout)}"
-                )
-    for (name, run), (other_name, other) in combinations(bare, 2):
-        if shared_mm(run, other) > MAX_SHARED * min(run.width, other.width) > 0.0:
-            raise RecognitionError(
-                f"{name}, {cylinder_text(long, run)}, and {other_name}, {cylinder_text(long, other)},"
-                " would be on one stretch of the axis; correct main_journals or crankpins, or leave them out"
-            )
-
-
-def _is_bare(layout: JournalLayout, run: CylinderRun) -> bool:
-    """Return whether the file has a cylinder apart from all other metal where a run is."""
-    return any(
-        shared_mm(run, each) > MAX_BESIDE_BOSSES * run.width
-        and abs(each.radius - run.radius) < SAME_RADIUS * run.radius
-        for each in layout.chosen_from
-    )
-
-
-def _bare_ones(long: SectionStack, layout: JournalLayout) -> str:
-    """Return a text on the bare cylinders that a file has."""
-    listed = "; ".join(cylinder_text(long, run) for run in layout.chosen_from[:MAX_LISTED])
-    more = len(layout.chosen_from) - MAX_LISTED
-    return (listed or "the file has none") + (f"; and {more} more" if more > 0 else "")
-
-
-def refuse_incomplete(layout: JournalLayout, webs: Sequence[Web], shift_mm: float) -> None:
-    """Refuse crankpins without a web on both sides; one at an end needs a single web.
-
-    ``webs`` are placed ``shift_mm`` lower than the layout.
-
-    Raises
-    ------
-    RecognitionError
-        If a crankpin between others lacks a web.
-    """
-    if layout.bored or layout.lone_bores:  # there is one web alone, and it was found by its bores
-        return
-    order = sorted(
-        [(run, 0) for run in layout.journals] + [(run, number) for number, run in enumerate(layout.pins, 1)],
-        key=lambda item: item[0].z_mid,
-    )
-    for (one, first), (other, second) in pairwise(order):
-        low, high = one.z_mid - shift_mm, other.z_mid - shift_mm
-        if (
-            (first or second)
-            and not any(low < 0.5 * (w.z_min_mm + w.z_max_mm) < high for w in webs)
-            and not _joins(one, other, bool(first), bool(second))
-            and not any(shared_mm(shaft, pin) > 0.0 for shaft in layout.shafts for pin in (one, other))
-        ):
-            number, beside = (first, other) if first else (second, one)
-            raise RecognitionError(
-                f"throw {number} has no web on one side, {0.5 * (low + high):.4g} mm from crankpin 1 along "
-                f"the axis, before a cylinder of {2.0 * beside.radius:.4g} mm. "
-                "Set crankpins and main_journals"
-            )
-
-
-def _joins(one: CylinderRun, other: CylinderRun, is_pin: bool, other_is_pin: bool) -> bool:
-    """Return whether two neighbours hold each other without a web: they meet, and one overlaps the other.
-
-    Split crankpins do, and an eccentric on its shaft; a journal that is a disc, wider across than the
-    crankpin and than it is long, may be a web.
-    """
-    apart = float(np.linalg.norm(one.centre - other.centre))
-    room = MAX_COLLAR_OFFSET_RATIO * min(one.radius, other.radius)
-    if other.z_low - one.z_high > room or apart > one.radius + other.radius - room:
-        return False
-    if is_pin and other_is_pin:
-        return True
-    journal, pin = (other, one) if is_pin else (one, other)
-    return journal.radius <= pin.radius or journal.width >= 2.0 * journal.radius
-
-
-def refuse_unexplained(long: SectionStack, layout: JournalLayout, webs: Sequence[Web]) -> None:
-    """Refuse a journal or a crankpin that was not recognised as one.
-
-    It refuses a neck within a web (``webs`` are placed as the layout is) and one next to the axis if there is
-    no crankpin. It refuses a cylinder between a web and the main journal taken instead of it, such as a
-    flange or a gear's seat. A recognised cylinder that is not a crankpin is refused too: one of two pins side
-    by side, a bolt's hole.
-
-    Raises
-    ------
-    RecognitionError With the place, and the key to set.
-    """
-    if layout.bored:
-        return
-    most = NECK_SIZE_RANGE[1] * max(run.radius for run in (*layout.journals, *layout.pins))
-    for web in webs:
-        inside = [s for s in long.sections if web.z_min_mm < s.z_mm < web.z_max_mm]
-        stretches = [(neck, list(some)) for neck, some in groupby(inside, lambda s: _is_neck(s, most))]
-        for neck, sections in stretches[1:-1]:
-            if neck:
-                _refuse_long(layout, sections, f"a neck in web {web.number}")
-    for beside, some in groupby(long.sections, lambda s: _is_beside(s, layout)):
-        sections = list(some)
-        low, high = sections[0].z_mm, sections[-1].z_mm
-        if beside and not any(pin.z_low <= high and low <= pin.z_high for pin in layout.pins):
-            _refuse_long(layout, sections, "a cylinder beside the axis")
-    _refuse_passed_over(long, layout, webs)
-    _refuse_twins(layout)
-    _refuse_bolt_holes(layout)
-
-
-def _refuse_bolt_holes(layout: JournalLayout) -> None:
-    """Refuse a crankpin's bore in one web alone that is as thin as a bolt's hole."""
-    thinnest = LONE_BORE * min(run.radius for run in layout.journals)
-    for pin in layout.pins:
-        if (layout.lone_bores or not pin.width > 0.0) and pin.radius < thinnest:
-            raise RecognitionError(
-                f"the crankpin's bore of {2.0 * pin.radius:.4g} mm is in one web alone and narrower than"
-                f" {2.0 * thinnest:.4g} mm, as a bolt's hole. Set crankpins and main_journals"
-            )
-
-
-def _refuse_twins(layout: JournalLayout) -> None:
-    """Refuse cylinders with another one beside them at the same height: pins in a plate."""
-    for run in (*layout.journals, *layout.pins):
-        for other in layout.chosen_from:
-            apart = float(np.linalg.norm(other.centre - run.centre)) > run.radius + other.radius
-            through = any(_is_part(other, shaft) for shaft in layout.shafts)
-            if apart and not through and shared_mm(run, other) > 0.5 * run.width:
-                raise RecognitionError(
-                    f"two cylinders lie side by side, {2.0 * run.radius:.4g}"
-                    f" and {2.0 * other.radius:.4g} mm in diameter, where a crank has one."
-                    " Set main_journals and crankpins"
-                )
-
-
-def _is_part(run: CylinderRun, shaft: CylinderRun) -> bool:
-    """Return whether a cylinder holds a stretch of a shaft."""
-    apart = float(np.linalg.norm(run.centre - shaft.centre))
-    return abs(run.radius - shaft.radius) < SAME_RADIUS * run.radius and apart < SAME_CENTRE * run.radius
-
-
-def _refuse_passed_over(long: SectionStack, layout: JournalLayout, webs: Sequence[Web]) -> None:
-    """Refuse a cylinder on the axis that is none of those from which journals were chosen.
-
-    One that an end web without a journal seems to hold is a journal that was not recognised.
-    """
-    if not webs:
-        return
-    low, high = -math.inf, math.inf
-    if layout.journals[0].z_mid < webs[0].z_min_mm:
-        low = layout.journals[0].z_low
-    if layout.journals[-1].z_mid > webs[-1].z_max_mm:
-        high = layout.journals[-1].z_high
-    most = NECK_SIZE_RANGE[1] * max(run.radius for run in (*layout.journals, *layout.pins))
-    beside = webs[int(low == -math.inf) : len(webs) - int(high == math.inf)]
-    known = [(web.z_min_mm, web.z_max_mm) for web in beside]
-    known += [(run.z_low, run.z_high) for run in (*layout.chosen_from, *layout.journals, *layout.pins)]
-    stretch: list[CrossSection] = []
-    radius = 0.0
-    for section in long.sections:
-        z = section.z_mm
-        here = low < z < high and not any(a - long.blur_mm <= z <= b + long.blur_mm for a, b in known)
-        reach = _shaft_radius(section, layout.axis, most) if here else None
-        if reach is None or (stretch and abs(reach - radius) > STEADY * radius):
-            stretch = []
-        if reach is not None:
-            radius = radius if stretch else reach
-            stretch.append(section)
-            _refuse_long(layout, stretch, "a cylinder on the axis beside a web", PASSED_OVER * radius)
-
-
-def _shaft_radius(section: CrossSection, axis: Array, most_mm: float) -> float | None:
-    """Return the radius of a shaft's section on the axis; None if it is none of a journal's size."""
-    if len(section.pieces) != 1:
-        return None
-    middle, reach = _round(section.pieces[0])
-    return reach if reach <= most_mm and float(np.linalg.norm(middle - axis)) < ON_AXIS * reach else None
-
-
-def _refuse_long(
-    layout: JournalLayout, sections: Sequence[CrossSection], what: str, length_mm: float | None = None
-) -> None:
-    low, high = sections[0].z_mm, sections[-1].z_mm
-    if high - low > (NECK_WIDTH * min(pin.radius for pin in layout.pins) if length_mm is None else length_mm):
-        raise RecognitionError(
-            f"{what}, {high - low:.3g} mm long, {0.5 * (low + high) - layout.pins[0].z_mid:.4g} mm from"
-            " crankpin 1 along the axis, may be a journal or crankpin out of line with the others."
-            " Set main_journals and crankpins"
-        )
-
-
-def _is_neck(section: CrossSection, most_mm: float) -> bool:
-    """Return whether all of a section lies within a circle of a journal's size."""
-    return len(section.pieces) == 1 and _round(section.pieces[0])[1] <= most_mm
-
-
-def _is_beside(section: CrossSection, layout: JournalLayout) -> bool:
-    """Return whether all of a section has a crankpin's size and lies beside the axis; a gap counts too."""
-    least = NECK_SIZE_RANGE[0] * min(pin.radius for pin in layout.pins)
-    most = NECK_SIZE_RANGE[1] * max(pin.radius for pin in layout.pins)
-    rounds = [_round(piece) for piece in section.pieces]
-    away = [(float(np.linalg.norm(middle - layout.axis)), reach) for middle, reach in rounds]
-    return all(least <= reach <= most and reach < distance for distance, reach in away)
-
-
-def _round(piece: SectionPiece) -> tuple[Array, float]:
-    """Return the middle (2,) of a section's piece, and its reach from there."""
-    middle = 0.5 * (piece.outline.min(axis=0) + piece.outline.max(axis=0))
-    return middle, piece.reach_from(middle)
 
 
 def _end(axis: Array, z_mm: float) -> CylinderRun:
