@@ -71,7 +71,7 @@ class _Rotor:
 
 
 def typed_warnings(anatomy: Anatomy, crank: Moments, job: Job | None = None) -> tuple[str, ...]:
-    """Return a warning for each typed value that the file contradicts.
+    """Return a warning for each typed value that the file contradicts, and for each cylinder left out.
 
     Parameters
     ----------
@@ -89,6 +89,7 @@ def typed_warnings(anatomy: Anatomy, crank: Moments, job: Job | None = None) -> 
         *_axis(anatomy, rotor, job is not None),
         *_journals(anatomy, rotor),
         *_crankpins(anatomy, rotor),
+        *typed.left_out,
     )
 
 

@@ -270,7 +270,8 @@ class Typed:
     """Crank axis, journals and crankpins as typed in a job, with what the file has there.
 
     ``main_journals`` and ``crankpins`` are numbered as the anatomy's, None if none was typed; ``axis`` is
-    what its point and direction are compared with.
+    what its point and direction are compared with. ``left_out`` are texts on cylinders within the webs that
+    are neither among the typed journals nor the typed crankpins.
     """
 
     axis_point: bool = False
@@ -278,11 +279,18 @@ class Typed:
     axis: AxisFound | None = None
     main_journals: tuple[CylinderFound | None, ...] | None = None
     crankpins: tuple[CylinderFound | None, ...] | None = None
+    left_out: tuple[str, ...] = ()
 
     @property
     def is_axis(self) -> bool:
         """Whether the axis was typed: a point, a direction or both."""
         return self.axis_point or self.axis_direction
+
+    @property
+    def is_bored(self) -> bool:
+        """Whether a typed journal or crankpin is a bore in the file, within its web."""
+        found = (*(self.main_journals or ()), *(self.crankpins or ()))
+        return any(each is not None and each.kind == "bore" for each in found)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,12 +14,14 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.crank.anatomy import Anatomy
+from autobalance.crank.anatomy import Anatomy, Overrides, PinHint
+from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import RecognitionError
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union
 from tests.cranks import tilted
 from tests.generated import generated_crank
+from tests.odd_cranks import odd_crank
 
 PLACE = tilted(0.7, (40.0, -25.0, 90.0))
 EXACT_MM = 2e-4
@@ -154,6 +156,58 @@ def test_where_the_file_has_nothing_the_nearest_is_named(
     with pytest.raises(RecognitionError, match=r"covers a quarter of it; .*the nearest") as refused:
         made.read(**hints(made))
     assert f"has {word} at [" in str(refused.value).partition("the nearest")[2]
+
+
+LEFT_OUT: list[tuple[str, str, int | None, int | None, list[str]]] = [
+    ("middle journal", "inline-4", 1, None, ["main_journals", "web 2", "44 mm from crankpin 1", "⌀54 mm"]),
+    ("last journal", "inline-3", -1, None, ["main_journals", "web 6", "220 mm from crankpin 1", "⌀54 mm"]),
+    ("journal beside typed pins", "parallel-twin-360", 1, -2, ["web 2", "44 mm from crankpin 1", "⌀44 mm"]),
+    ("crankpin", "v8-crossplane", None, 1, ["crankpins", "web 2", "114 mm from crankpin 1", "⌀53 mm"]),
+]
+"""What a job leaves out: a main journal and a crankpin (-2: all are typed), and the words of the warning."""
+
+
+@pytest.mark.parametrize(
+    ("name", "main", "pin", "words"), [each[1:] for each in LEFT_OUT], ids=[each[0] for each in LEFT_OUT]
+)
+def test_a_cylinder_that_a_job_leaves_out_is_told(
+    name: str, main: int | None, pin: int | None, words: list[str]
+) -> None:
+    """It was metal of a web that reaches over it, and three webs were one, without a word."""
+    made = case(name)
+    hints: Hints = {}
+    for key, all_of, left in (("main_journals", made.mains, main), ("crankpins", made.pins, pin)):
+        if left is not None:
+            gone = None if left == -2 else left % len(all_of)
+            hints[key] = [hint for number, hint in enumerate(all_of) if number != gone]
+    warnings = made.read(**hints).warnings
+    (text,) = [text for text in warnings if all(word in text for word in words)]
+    assert f"add it to {'crankpins' if main is None else 'main_journals'} if it is one" in text
+
+
+@pytest.mark.parametrize("seed", [12, 58])
+def test_a_fillet_that_touches_a_typed_end_does_not_hide_the_cylinder(seed: int) -> None:
+    """True journals were refused: of the triangles that end there by a file's digits, all corners counted."""
+    odd = odd_crank(seed)
+    truth = odd.truth()
+    hints = [
+        PinHint(np.array(hint["centre_mm"]), hint["diameter_mm"], hint["width_mm"])
+        for hint in _typed(truth.main_journals, np.linalg.inv(truth.file_to_rotor))
+    ]
+    found = recognise(odd.source().solid, Overrides(main_journals=tuple(hints))).typed
+    assert found.main_journals is not None
+    for each, journal in zip(found.main_journals, truth.main_journals, strict=True):
+        assert each is not None
+        assert each.diameter_mm == pytest.approx(journal.diameter_mm, abs=1e-3)
+        assert each.offset_mm == pytest.approx(0.0, abs=1e-3)
+    assert found.left_out == ()
+
+
+@pytest.mark.parametrize("key", ["main_journals", "crankpins"])
+@pytest.mark.parametrize("name", ["single", "inline-4", "v6-60"])
+def test_nothing_is_left_out_by_all_journals_or_all_crankpins(name: str, key: str) -> None:
+    made = case(name)
+    assert made.read(**{key: made.mains if key == "main_journals" else made.pins}).warnings == ()
 
 
 @pytest.mark.parametrize("name", ["single", "inline-4", "v8-crossplane"])

@@ -34,6 +34,7 @@ from autobalance.crank.recognition.layout import (
 )
 from autobalance.crank.recognition.pressed_up import pressed_up_layout
 from autobalance.crank.recognition.refusals import (
+    left_out_by_job,
     refuse_impossible,
     refuse_incomplete,
     refuse_unexplained,
@@ -512,6 +513,8 @@ def _anatomy(
     throws = tuple(_throw(local, run, number) for number, run in enumerate(layout.pins, 1))
     told = all_cylinders(long, layout, here, overrides, cylinders, rounding, local)
     typed = typed_and_found(mesh, long, layout, overrides, rounding, local)
+    if not typed.is_bored:
+        typed = replace(typed, left_out=left_out_by_job(long, layout, here, overrides))
     refuse_impossible(long, layout, here, overrides.crankpins is not None)
     off = _misalignment(layout, typed)
     found = Anatomy(local @ long.turn, journals, throws, webs, off, datums, cylinders=told, typed=typed)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import combinations, groupby, pairwise
 
 import numpy as np
 
-from autobalance.crank.anatomy import Web
+from autobalance.crank.anatomy import Overrides, Web
 from autobalance.crank.recognition.cylinder_runs import SAME_CENTRE, SAME_RADIUS, CylinderRun
 from autobalance.crank.recognition.layout import JournalLayout, cylinder_text
 from autobalance.crank.recognition.section_stack import CrossSection, SectionPiece, SectionStack
@@ -42,6 +43,44 @@ MAX_SHARED = 0.25
 """Two of them share less than this part of the narrower one's width."""
 MAX_LISTED = 8
 """Number of cylinders that a refusal lists."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Neck:
+    """Neighbouring sections of a cylinder that is neither a main journal nor a crankpin."""
+
+    what: str
+    sections: Sequence[CrossSection]
+
+    @property
+    def low(self) -> float:
+        return self.sections[0].z_mm
+
+    @property
+    def high(self) -> float:
+        return self.sections[-1].z_mm
+
+    def text(self, layout: JournalLayout) -> str:
+        """Return what it is, its length and its place."""
+        along = 0.5 * (self.low + self.high) - layout.pins[0].z_mid
+        return (
+            f"{self.what}, {self.high - self.low:.3g} mm long, {along:.4g} mm from crankpin 1 along the axis"
+        )
+
+    @property
+    def _middle(self) -> tuple[Array, float]:
+        """Middle (2,) of its middle section, and the section's reach from there."""
+        return _round(self.sections[len(self.sections) // 2].pieces[0])
+
+    @property
+    def diameter_mm(self) -> float:
+        return 2.0 * self._middle[1]
+
+    def key(self, layout: JournalLayout) -> str:
+        """Return the key of a job that it may belong to: on the crank axis it is a main journal."""
+        middle, reach = self._middle
+        is_on_axis = float(np.linalg.norm(middle - layout.axis)) < ON_AXIS * reach
+        return "main_journals" if is_on_axis else "crankpins"
 
 
 def refuse_impossible(
@@ -110,6 +149,12 @@ def refuse_incomplete(layout: JournalLayout, webs: Sequence[Web], shift_mm: floa
     RecognitionError
         If a crankpin between others lacks a web.
     """
+    for text in _without_web(layout, webs, shift_mm):
+        raise RecognitionError(f"{text}. Set crankpins and main_journals")
+
+
+def _without_web(layout: JournalLayout, webs: Sequence[Web], shift_mm: float) -> Iterator[str]:
+    """Yield a text for each crankpin without a web towards its neighbour."""
     if layout.bored or layout.lone_bores:  # there is one web alone, and it was found by its bores
         return
     order = sorted(
@@ -125,10 +170,10 @@ def refuse_incomplete(layout: JournalLayout, webs: Sequence[Web], shift_mm: floa
             and not any(shared_mm(shaft, pin) > 0.0 for shaft in layout.shafts for pin in (one, other))
         ):
             number, beside = (first, other) if first else (second, one)
-            raise RecognitionError(
-                f"throw {number} needs a web on each side; {0.5 * (low + high):.4g} mm from crankpin 1 along "
-                f"the axis, before a cylinder of {2.0 * beside.radius:.4g} mm, there is none. "
-                "Set crankpins and main_journals"
+            apart = 0.5 * (one.z_mid + other.z_mid) - layout.pins[0].z_mid
+            yield (
+                f"throw {number} needs a web on each side; {apart:.4g} mm from crankpin 1 along "
+                f"the axis, before a cylinder of {2.0 * beside.radius:.4g} mm, there is none"
             )
 
 
@@ -162,21 +207,61 @@ def refuse_unexplained(long: SectionStack, layout: JournalLayout, webs: Sequence
     """
     if layout.bored:
         return
+    for each in (*_necks(long, layout, webs), *_beside(long, layout), *_passed_over(long, layout, webs)):
+        raise RecognitionError(
+            f"{each.text(layout)}, may be a journal or crankpin out of line with the others."
+            " Set main_journals and crankpins"
+        )
+    _refuse_twins(layout)
+    _refuse_bolt_holes(layout)
+
+
+def left_out_by_job(
+    long: SectionStack, layout: JournalLayout, webs: Sequence[Web], overrides: Overrides
+) -> tuple[str, ...]:
+    """Return what a job's own journals or crankpins leave unexplained: bare cylinders within its webs.
+
+    ``webs`` are placed as the layout is. A cylinder beside the axis, apart from the webs, is told as one that
+    is not a crankpin. A job that names its main journals means no other cylinder beside a web.
+    """
+    keys = [key for key in ("main_journals", "crankpins") if getattr(overrides, key) is not None]
+    if not keys or layout.bored or layout.lone_bores:
+        return ()
+    named = " and ".join(keys)
+    necks = list(_necks(long, layout, webs))
+    shafts = [
+        each
+        for each in _passed_over(long, layout, webs, overrides.main_journals is None)
+        if not any(neck.low < each.high and each.low < neck.high for neck in necks)
+    ]
+    return (
+        *(f"{named}: {text}" for text in _without_web(layout, webs, 0.0)),
+        *(
+            f"{named}: {each.text(layout)} and ⌀{each.diameter_mm:.4g} mm, is not among them and counts as"
+            f" metal of the web; add it to {each.key(layout)} if it is one"
+            for each in (*necks, *shafts)
+        ),
+    )
+
+
+def _necks(long: SectionStack, layout: JournalLayout, webs: Sequence[Web]) -> Iterator[_Neck]:
+    """Yield each neck within a web."""
     most = NECK_SIZE_RANGE[1] * max(run.radius for run in (*layout.journals, *layout.pins))
     for web in webs:
         inside = [s for s in long.sections if web.z_min_mm < s.z_mm < web.z_max_mm]
         stretches = [(neck, list(some)) for neck, some in groupby(inside, lambda s: _is_neck(s, most))]
         for neck, sections in stretches[1:-1]:
             if neck:
-                _refuse_long(layout, sections, f"a neck in web {web.number}")
+                yield from _long(layout, sections, f"a neck in web {web.number}")
+
+
+def _beside(long: SectionStack, layout: JournalLayout) -> Iterator[_Neck]:
+    """Yield each cylinder beside the axis where no crankpin is."""
     for beside, some in groupby(long.sections, lambda s: _is_beside(s, layout)):
         sections = list(some)
         low, high = sections[0].z_mm, sections[-1].z_mm
         if beside and not any(pin.z_low <= high and low <= pin.z_high for pin in layout.pins):
-            _refuse_long(layout, sections, "a cylinder beside the axis")
-    _refuse_passed_over(long, layout, webs)
-    _refuse_twins(layout)
-    _refuse_bolt_holes(layout)
+            yield from _long(layout, sections, "a cylinder beside the axis")
 
 
 def _refuse_bolt_holes(layout: JournalLayout) -> None:
@@ -210,10 +295,13 @@ def _is_part(run: CylinderRun, shaft: CylinderRun) -> bool:
     return abs(run.radius - shaft.radius) < SAME_RADIUS * run.radius and apart < SAME_CENTRE * run.radius
 
 
-def _refuse_passed_over(long: SectionStack, layout: JournalLayout, webs: Sequence[Web]) -> None:
-    """Refuse a cylinder on the axis that is none of those from which journals were chosen.
+def _passed_over(
+    long: SectionStack, layout: JournalLayout, webs: Sequence[Web], beside_journals: bool = True
+) -> Iterator[_Neck]:
+    """Yield each cylinder on the axis that is none of those from which journals were chosen.
 
-    One that an end web without a journal seems to hold is a journal that was not recognised.
+    One that an end web without a journal seems to hold is a journal that was not recognised; with
+    ``beside_journals`` so is one between an outer journal and its web.
     """
     if not webs:
         return
@@ -225,19 +313,25 @@ def _refuse_passed_over(long: SectionStack, layout: JournalLayout, webs: Sequenc
     most = NECK_SIZE_RANGE[1] * max(run.radius for run in (*layout.journals, *layout.pins))
     beside = webs[int(low == -math.inf) : len(webs) - int(high == math.inf)]
     known = [(web.z_min_mm, web.z_max_mm) for web in beside]
-    known += [(run.z_low, run.z_high) for run in (*layout.chosen_from, *layout.journals, *layout.pins)]
+    known += [(run.z_low, run.z_high) for run in (*layout.journals, *layout.pins)]
+    if beside_journals:
+        known += [(run.z_low, run.z_high) for run in layout.chosen_from]
+    else:
+        begin = webs[0].z_max_mm if low == -math.inf else -math.inf
+        known.append((begin, webs[-1].z_min_mm if high == math.inf else math.inf))
     stretch: list[CrossSection] = []
     radius = 0.0
-    for section in long.sections:
-        z = section.z_mm
+    for section in (*long.sections, None):
+        z = math.inf if section is None else section.z_mm
         here = low < z < high and not any(a - long.blur_mm <= z <= b + long.blur_mm for a, b in known)
-        reach = _shaft_radius(section, layout.axis, most) if here else None
+        reach = _shaft_radius(section, layout.axis, most) if here and section is not None else None
         if reach is None or (stretch and abs(reach - radius) > STEADY * radius):
+            if stretch:
+                yield from _long(layout, stretch, "a cylinder on the axis beside a web", PASSED_OVER * radius)
             stretch = []
-        if reach is not None:
+        if reach is not None and section is not None:
             radius = radius if stretch else reach
             stretch.append(section)
-            _refuse_long(layout, stretch, "a cylinder on the axis beside a web", PASSED_OVER * radius)
 
 
 def _shaft_radius(section: CrossSection, axis: Array, most_mm: float) -> float | None:
@@ -248,16 +342,13 @@ def _shaft_radius(section: CrossSection, axis: Array, most_mm: float) -> float |
     return reach if reach <= most_mm and float(np.linalg.norm(middle - axis)) < ON_AXIS * reach else None
 
 
-def _refuse_long(
+def _long(
     layout: JournalLayout, sections: Sequence[CrossSection], what: str, length_mm: float | None = None
-) -> None:
+) -> Iterator[_Neck]:
+    """Yield a cylinder's sections if it is longer than so much, or than a share of the crankpins' radius."""
     low, high = sections[0].z_mm, sections[-1].z_mm
     if high - low > (NECK_WIDTH * min(pin.radius for pin in layout.pins) if length_mm is None else length_mm):
-        raise RecognitionError(
-            f"{what}, {high - low:.3g} mm long, {0.5 * (low + high) - layout.pins[0].z_mid:.4g} mm from"
-            " crankpin 1 along the axis, may be a journal or crankpin out of line with the others."
-            " Set main_journals and crankpins"
-        )
+        yield _Neck(what, sections)
 
 
 def _is_neck(section: CrossSection, most_mm: float) -> bool:

@@ -41,6 +41,9 @@ SIZE_RATIO = 2.2
 """Diameters differ by at most this factor: a disc web about the axis is three times as wide as a journal."""
 REACH_RATIO = 2.5
 """Surface is sought within so many typed radii."""
+LEAST_REACH = 1e-3
+"""A triangle counts if it reaches this share of the typed width into it, or by half: fillets touch the end by
+a file's digits, and have more corners than the cylinder."""
 PAIRS, SAMPLE = 400, 1500
 """Pairs of triangles whose normals meet in an axis, and triangles on which each axis is tried."""
 LEAST_ANGLE = 0.3
@@ -180,6 +183,8 @@ class TypedComparison:
         rows, middles = rows[near], middles[near]
         tall = np.maximum(self.high[rows] - self.low[rows], 1e-12)
         inside = np.minimum(self.high[rows], high) - np.maximum(self.low[rows], low)
+        reach = inside > np.minimum(LEAST_REACH * (high - low), 0.5 * tall)
+        rows, middles, tall, inside = rows[reach], middles[reach], tall[reach], inside[reach]
         areas = self.areas[rows] * np.clip(inside / tall, 0.0, 1.0)
         vectors = self.vectors[rows]
         normals = vectors / np.maximum(np.hypot(*vectors.T), 1e-300)[:, None]
