@@ -84,7 +84,7 @@ def test_a_throw_without_its_web_is_refused() -> None:
         CylinderRun(np.zeros(2), 10.0, 0.0, 20.0),
         CylinderRun(np.array([30.0, 0.0]), 9.0, 40.0, 60.0),
     )
-    with pytest.raises(RecognitionError, match="throw 1 needs a web on each side"):
+    with pytest.raises(RecognitionError, match="throw 1 has no web on one side"):
         refuse_incomplete(JournalLayout(np.zeros(2), (journal,), (pin,)), [], 50.0)
 
 

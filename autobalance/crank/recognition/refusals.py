@@ -172,8 +172,8 @@ def _without_web(layout: JournalLayout, webs: Sequence[Web], shift_mm: float) ->
             number, beside = (first, other) if first else (second, one)
             apart = 0.5 * (one.z_mid + other.z_mid) - layout.pins[0].z_mid
             yield (
-                f"throw {number} needs a web on each side; {apart:.4g} mm from crankpin 1 along "
-                f"the axis, before a cylinder of {2.0 * beside.radius:.4g} mm, there is none"
+                f"throw {number} has no web on one side, {apart:.4g} mm from crankpin 1 along "
+                f"the axis, before a cylinder of {2.0 * beside.radius:.4g} mm"
             )
 
 
