@@ -1,5 +1,6 @@
-"""Time of all loads with gas of a four-stroke twelve at 7200 crank angles (to stay under 0.1 s), and of its
-main-bearing loads at 50 speeds with 5 factors.
+"""Time of all loads with gas of a four-stroke twelve at 7200 crank angles (to stay under 0.1 s), of its
+main-bearing loads at 50 speeds with 5 factors, and of `cycle` on a preset without and with weight, drive,
+friction of pistons, heat and windage.
 
 Run it from the checkout: python -m benchmarks.cycle
 """
@@ -10,9 +11,14 @@ import math
 import statistics
 import time
 from collections.abc import Callable
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
+import autobalance as ab
+from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.engines.cycle.chamber import Chamber
 from autobalance.engines.cycle.closed_part import Charge
 from autobalance.engines.cycle.cylinder import CylinderCycle, GasExchange
@@ -71,7 +77,51 @@ def seconds(work: Callable[[], object], rounds: int = 20) -> list[float]:
     return times
 
 
-WORKS = {"all loads at 7200 angles": loads_of_a_cycle, "50 speeds, 5 factors": speeds_and_factors}
+MORE = {
+    "gravity": {"direction_deg": 180.0},
+    "drive": [{"kind": "chain", "z_mm": -150.0, "pitch_radius_mm": 40.0, "direction_deg": 30.0, "teeth": 16}],
+    "piston": {"skirt_mu": 0.05, "ring_mu": 0.05, "ring_tension_N": 30.0},
+    "heat": {"conductance_W_K": 20.0},
+    "windage": {},
+}
+
+
+@lru_cache(maxsize=1)
+def four() -> ab.Crank:
+    """Return the preset inline-4 as a crank."""
+    mesh = crank_solid(PRESETS["inline-4"], 32).mesh
+    return ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850.0)
+
+
+def whole_cycle(**keys: Any) -> object:
+    """Return the result of a cycle of an inline-4 at 3000 rpm with further keys of ``[cycle]``."""
+    job = {
+        "engine": {
+            "rod_length_mm": 140.0,
+            "rotating_g": {"big_end": 300.0},
+            "reciprocating_g": {"piston": 400.0},
+        },
+        "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 3000},
+        "correction": {"method": "drill"},
+        "cycle": {
+            "bore_mm": 80.0,
+            "compression_ratio": 10.0,
+            "heat_J": 700.0,
+            "flywheel_kg_mm2": 60000.0,
+            "firing_order": [1, 3, 4, 2],
+            "friction": {"main_mu": 0.01},
+            **keys,
+        },
+    }
+    return ab.cycle(job, crank=four())
+
+
+WORKS: dict[str, Callable[[], object]] = {
+    "all loads at 7200 angles": loads_of_a_cycle,
+    "50 speeds, 5 factors": speeds_and_factors,
+    "cycle, inline-4": whole_cycle,
+    "the same with weight, drive, friction of pistons, heat, windage": lambda: whole_cycle(**MORE),
+}
 
 if __name__ == "__main__":
     for name, work in WORKS.items():

@@ -13,12 +13,13 @@ from scipy.optimize import brentq
 
 import autobalance as ab
 from autobalance.engines.cycle.block_roll import roll_curves
+from autobalance.engines.cycle.factors import MainLoads, key_figures, with_inertia, with_reciprocating
 from autobalance.engines.cycle.piston_friction import PistonFriction
 from autobalance.errors import JobError
 from autobalance.running_gear.loads import loads
 from tests.reference.test_cycle_doubts import preset
 from tests.reference.test_cycle_doubts import radial as radial_job
-from tests.reference.test_weight_and_drive import job_of
+from tests.reference.test_weight_and_drive import chain, job_of
 
 Array = NDArray[np.float64]
 
@@ -112,7 +113,9 @@ def test_friction_by_the_side_force_adds_to_the_inertia() -> None:
     swung = loads(replace(firing.engine, crank=()), firing.mains_z_mm, 0.0, firing.grid.angle_rad, 1.0).wall_n
     step = 1e-3
     ahead, back = (
-        replace(parts, steady_n=parts.steady_n + sign * step * swung, known={})
+        replace(
+            parts, walls=replace(parts.walls, steady_n=parts.walls.steady_n + sign * step * swung), known={}
+        )
         .at(speed)
         .torque_n_m.sum(axis=0)
         for sign in (1.0, -1.0)
@@ -173,6 +176,43 @@ def test_links_of_a_radial_lean_on_their_master() -> None:
     now = rough.firing.parts.pistons.at(rough.speed_rad_s)
     assert taken == pytest.approx(now.torque_n_m.sum(axis=0), rel=1e-9, abs=1e-9 * taken.max())
     assert rough.loads.wall_n == pytest.approx(now.wall_n, rel=1e-9, abs=1e-6)
+
+
+ROUGH = {"skirt_mu": 0.08, "ring_mu": 0.05, "ring_tension_N": 40.0, "ring_height_mm": 2.0}
+STRIBECK = {**ROUGH, "boundary_mu": 0.12, "stribeck_speed_m_s": 1.0, "viscous_N_s_m": 3.0}
+TILTED = {**STRIBECK, "pin_offset_mm": 1.0, "skirt_length_mm": 40.0}
+
+
+def radial_cycle(piston: dict[str, Any]) -> Any:
+    own = {"drive": [chain()], "gravity": {"direction_deg": 170.0}, "piston": piston}
+    return ab.cycle(radial_job(flywheel_kg_mm2=9e5, **own), crank=preset("single"))
+
+
+@pytest.mark.parametrize("piston", [ROUGH, STRIBECK, TILTED], ids=["coulomb", "stribeck", "tilted"])
+@pytest.mark.parametrize("engine", ["single", "radial"])
+def test_key_figures_by_the_gauss_points_are_those_of_all_angles(engine: str, piston: dict[str, Any]) -> None:
+    """Means from half of the angles, forces by one pass, other masses by shared parts: as each on its own."""
+    keys = {"drive": [chain()], "gravity": {"direction_deg": 170.0}}
+    result = radial_cycle(piston) if engine == "radial" else cycle(piston, **keys)
+    firing, speed = result.analysis.firing, result.analysis.speed_rad_s
+    mains = MainLoads.of(firing)
+    for factor, at in ((None, 0.3 * speed), (0.5, speed), (1.0, 4.0 * speed)):
+        means = firing.grid.mean(mains.sizes_n(factor, at))
+        bare = firing.gas_mean_n_m - mains.friction_mean_n_m(means, at)
+        assert mains.surplus_n_m(factor, at) == pytest.approx(
+            bare, rel=1e-11, abs=1e-11 * firing.gas_mean_n_m
+        )
+    lighter = with_reciprocating(firing, 0.9)
+    shared = lighter.parts_beside(firing)
+    first, second = (each.mains_n(speed, each.crank_n) for each in (shared, lighter.parts))
+    assert first == pytest.approx(second, rel=1e-11, abs=1e-11 * float(np.abs(first).max()))
+    table = result.report["key_figures"]
+    alone = key_figures(lighter, speed)[0]
+    assert table["reciprocating_mass"][0]["greatest_torque_N_m"] == pytest.approx(
+        alone.greatest_torque_n_m, rel=1e-11
+    )
+    heavier = key_figures(with_inertia(firing, 1.1), speed)[0]
+    assert table["inertia"][2]["acceleration_rad_s2"] == pytest.approx(heavier.acceleration_rad_s2, rel=1e-11)
 
 
 @pytest.mark.parametrize(

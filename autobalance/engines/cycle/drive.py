@@ -13,20 +13,16 @@ import cmath
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 
 from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Key, Range, Values
-from autobalance.engines.cycle.friction import Friction
 from autobalance.engines.cycle.grid import CycleGrid
-from autobalance.engines.cycle.piston_friction import PistonFrictionParts
 from autobalance.engines.cycle.quadrature import hermite
 from autobalance.engines.cycle.speed import periodic_speed
-from autobalance.engines.cycle.weight import WeightLoads
 from autobalance.errors import JobError
-from autobalance.running_gear.loads import Loads, lever_shares
-from autobalance.running_gear.whole_engine import Engine
+from autobalance.running_gear.loads import lever_shares
 from autobalance.types import Array, Complex
 from autobalance.units import G_MM2_PER_KG_MM2, N_M_PER_G_MM2_S2, N_M_PER_N_MM
 
@@ -165,47 +161,46 @@ class DrivePulls:
     mains_n: Complex
 
 
-class DrivenParts(Protocol):
-    """Parts of an engine's loads that its drives depend on."""
+@dataclass(frozen=True, eq=False)
+class DrivenCrank:
+    """A crank at the speed at which drives pull on it, without them, on the angles of its grid.
 
-    @property
-    def gas(self) -> Loads: ...
-    @property
-    def rods(self) -> Loads: ...
-    @property
-    def crank_n(self) -> Complex: ...
-    @property
-    def weight(self) -> WeightLoads | None: ...
-    @property
-    def pistons(self) -> PistonFrictionParts | None: ...
-    def mains_n(self, speed_rad_s: float, crank_n: Complex) -> Complex: ...
+    Attributes
+    ----------
+    grid : CycleGrid
+    speed_rad_s : float
+    clockwise : bool
+        Computed as its mirror image.
+    mains_z_mm : tuple of float
+        Increasing [mm].
+    mains_n : (m, n) complex
+        Loads of the mains, x + iy [N].
+    main_lever_m : (m,) float
+        Friction torque of each main over its load [m].
+    torque_n_m : (n,) float
+        Of all that drives the crank and has a work by angle: gas, weight, friction of pistons [N·m].
+    mean_n_m : float
+        Mean torque that all friction but that of the mains leaves [N·m].
+    inertia_g_mm2 : (n,) float
+        Of all that turns with the crank, what is behind the drives too [g·mm²].
+    half_slope_n_m : (n,) float
+        Half its slope by the crank angle, the torque of rods and pistons at 1 rad/s [N·m].
+    """
+
+    grid: CycleGrid
+    speed_rad_s: float
+    clockwise: bool
+    mains_z_mm: tuple[float, ...]
+    mains_n: Complex
+    main_lever_m: Array
+    torque_n_m: Array
+    mean_n_m: float
+    inertia_g_mm2: Array
+    half_slope_n_m: Array
 
 
-class DrivenEngine(Protocol):
-    """An engine that fires, as its drives see it."""
-
-    @property
-    def engine(self) -> Engine: ...
-    @property
-    def grid(self) -> CycleGrid: ...
-    @property
-    def friction(self) -> Friction: ...
-    @property
-    def mains_z_mm(self) -> tuple[float, ...]: ...
-    @property
-    def main_diameters_mm(self) -> tuple[float, ...]: ...
-    @property
-    def drives(self) -> tuple[Drive, ...]: ...
-    @property
-    def drive_speed_rad_s(self) -> float: ...
-    @property
-    def gas_mean_n_m(self) -> float: ...
-    def mean_pressure_friction_n_m(self, speed_rad_s: float) -> float: ...
-    def inertia_g_mm2(self, angle_rad: Array) -> Array: ...
-
-
-def drive_pulls(firing: DrivenEngine, parts: DrivenParts) -> DrivePulls:
-    """Return the pulls of a firing engine's drives at the speed that they are asked at.
+def drive_pulls(drives: Sequence[Drive], crank: DrivenCrank) -> DrivePulls:
+    """Return the pulls of drives on a crank.
 
     Friction of the mains takes off what drives are left, and their pulls load the mains: both are found in
     turn, until the torque repeats to 1e-13.
@@ -215,54 +210,44 @@ def drive_pulls(firing: DrivenEngine, parts: DrivenParts) -> DrivePulls:
     Ruckle 2014, Sec. 1.3.6 (after Foale 2007): the varying torque ends as a pulsating chain force and as
     pulsating loads on the engine mountings.
     """
-    speed, grid = firing.drive_speed_rad_s, firing.grid
-    lever = firing.friction.main_lever_mm(firing.main_diameters_mm) * N_M_PER_N_MM
-    bare = parts.mains_n(speed, parts.crank_n)
-    swing = _acceleration_rad_s2(firing, parts, speed) * N_M_PER_G_MM2_S2
-    shares = np.stack([lever_shares(each.z_mm, firing.mains_z_mm) for each in firing.drives])
-    rubbed = None if parts.pistons is None else parts.pistons.at(speed).torque_n_m.sum(axis=0)
-    free = firing.gas_mean_n_m - firing.mean_pressure_friction_n_m(speed)
-    free -= 0.0 if rubbed is None else float(grid.mean(rubbed))
-    teeth = np.stack([each.teeth_factor(grid.angle_rad) for each in firing.drives])
-    clockwise = firing.engine.clockwise
+    grid, lever = crank.grid, crank.main_lever_m
+    swing = _acceleration_rad_s2(drives, crank) * N_M_PER_G_MM2_S2
+    shares = np.stack([lever_shares(each.z_mm, crank.mains_z_mm) for each in drives])
+    teeth = np.stack([each.teeth_factor(grid.angle_rad) for each in drives])
 
     def found(engine_n_m: float) -> DrivePulls:
         torques = np.stack(
-            [each.mean_torque_n_m(engine_n_m) + each.driven_inertia_g_mm2 * swing for each in firing.drives]
+            [each.mean_torque_n_m(engine_n_m) + each.driven_inertia_g_mm2 * swing for each in drives]
         )
         pulls = np.stack(
             [
-                each.unit_pull(torque, clockwise=clockwise)
-                for each, torque in zip(firing.drives, torques, strict=True)
+                each.unit_pull(torque, clockwise=crank.clockwise)
+                for each, torque in zip(drives, torques, strict=True)
             ]
         )
         at_teeth: Complex = pulls * teeth
         return DrivePulls(torques, at_teeth, shares.T @ at_teeth)
 
-    mean = free - float(lever @ grid.mean(np.abs(bare)))
+    mean = crank.mean_n_m - float(lever @ grid.mean(np.abs(crank.mains_n)))
     for _ in range(ROUNDS):
         last, pulls = mean, found(mean)
-        mean = free - float(lever @ grid.mean(np.abs(bare + pulls.mains_n)))
+        mean = crank.mean_n_m - float(lever @ grid.mean(np.abs(crank.mains_n + pulls.mains_n)))
         if abs(mean - last) <= 1e-13 * abs(mean):
             break
     return found(mean)
 
 
-def _acceleration_rad_s2(firing: DrivenEngine, parts: DrivenParts, speed_rad_s: float) -> Array:
+def _acceleration_rad_s2(drives: Sequence[Drive], crank: DrivenCrank) -> Array:
     """Return θ̈ (n,) over the cycle under a constant load; zeros if nothing behind a drive needs it."""
-    grid = firing.grid
-    if not any(each.driven_inertia_g_mm2 for each in firing.drives):
+    grid, driving, half_slope = crank.grid, crank.torque_n_m, crank.half_slope_n_m
+    if not any(each.driven_inertia_g_mm2 for each in drives):
         return np.zeros(grid.angle_rad.shape)
-    driving = parts.gas.gas_torque_n_m
-    driving = driving if parts.weight is None else driving + parts.weight.torque_n_m
-    if parts.pistons is not None:
-        driving = driving - parts.pistons.at(speed_rad_s).torque_n_m.sum(axis=0)
     work = grid.work_to_even(driving)
     mean = float(work[-1]) / grid.span_rad
-    inertia = firing.inertia_g_mm2(grid.angle_rad) * N_M_PER_G_MM2_S2
+    inertia = crank.inertia_g_mm2 * N_M_PER_G_MM2_S2
     count = grid.even_rad.size
     uneven = periodic_speed(
-        grid.even_rad, work[:-1] - mean * grid.even_rad, inertia[:count] / N_M_PER_G_MM2_S2, speed_rad_s
+        grid.even_rad, work[:-1] - mean * grid.even_rad, crank.inertia_g_mm2[:count], crank.speed_rad_s
     )
     if uneven is None:
         raise JobError(
@@ -271,12 +256,11 @@ def _acceleration_rad_s2(firing: DrivenEngine, parts: DrivenParts, speed_rad_s: 
         )
     square = uneven.speed_rad_s**2
 
-    def acceleration(torque: Array, half_slope: Array, squared: Array, total: Array) -> Array:
-        result: Array = (torque - mean - half_slope * squared) / total
+    def acceleration(torque: Array, slope: Array, squared: Array, total: Array) -> Array:
+        result: Array = (torque - mean - slope * squared) / total
         return result
 
-    # ½ J′ is the torque of rods and pistons at 1 rad/s; the square of the speed lies on cubics between
-    half_slope = parts.rods.torque_n_m
+    # the square of the speed lies on cubics between the even angles
     slope = 2.0 * acceleration(driving[:count], half_slope[:count], square, inertia[:count])
     ends = np.append(grid.even_rad, grid.span_rad)
     table = ends, np.append(square, square[0]), np.append(slope, slope[0])

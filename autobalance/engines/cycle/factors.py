@@ -8,17 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from autobalance.declare import NewtonMetres, Rpm
 from autobalance.engines.cycle.firing_engine import FiringEngine, LoadParts, pulls_at_mains_n
+from autobalance.engines.cycle.piston_friction import PistonFrictionParts
 from autobalance.running_gear.whole_engine import CrankUnbalance
 from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM
 
 MAX_SPEED_RATIO = 10.0
 """Multiple of the speed up to which friction is asked whether it takes all torque."""
+LOWEST_SPEED_RATIO = 1e-3
+"""Share of the speed at which friction that takes all torque lets the engine not start."""
 MIN_SPEED_RATIO = 0.1
 """Share of the speed from which on the largest torque is looked for."""
 
@@ -94,10 +98,91 @@ class MainLoads:
         friction = self.friction_mean_n_m(means, speed_rad_s)
         return FactorRow(factor, size.max(axis=1), float(means.mean()), friction)
 
+    @cached_property
+    def means(self) -> MeanLoads:
+        """The same for means over the cycle alone."""
+        return MeanLoads.of(self.firing, self.parts)
+
     def surplus_n_m(self, factor: float | None, speed_rad_s: float) -> float:
         """Return the mean torque that friction leaves, at a speed [N·m]."""
-        means = self.firing.grid.mean(self.sizes_n(factor, speed_rad_s))
-        return self.firing.gas_mean_n_m - self.friction_mean_n_m(means, speed_rad_s)
+        return self.means.surplus_n_m(self.means.of_crank(self.crank_n(factor)), speed_rad_s)
+
+
+@dataclass(frozen=True, eq=False)
+class MeanLoads:
+    """Means over the cycle of friction and of the mains' loads at any speed: from the Gauss points alone.
+
+    Components x of all points stand before components y of all: a sum at a speed is then one of real numbers.
+
+    Attributes
+    ----------
+    firing : FiringEngine
+    steady_n, rods_n : (m, 2 g) float
+        Loads of the mains by gas, weight and drives; by rods and pistons at 1 rad/s [N].
+    turning : (2, 2 g) float
+        What turns with the crank: rows x and y of an unbalance along x and along y.
+    shares : (g,) float
+        Of each point in a mean.
+    pistons : PistonFrictionParts or None
+        At the same points.
+    """
+
+    firing: FiringEngine
+    steady_n: Array
+    rods_n: Array
+    turning: Array
+    shares: Array
+    pistons: PistonFrictionParts | None
+
+    @classmethod
+    def of(cls, firing: FiringEngine, parts: LoadParts) -> MeanLoads:
+        """Return what means need of the parts of an engine."""
+        grid = firing.grid
+        points = slice(grid.even_rad.size, None)
+        turned = np.exp(1j * grid.angle_rad[points])
+        return cls(
+            firing,
+            _apart(parts.steady_mains_n[:, points]),
+            _apart(parts.rod_mains_n[:, points]),
+            _apart(np.stack([turned, 1j * turned])),
+            grid.panels.weights_rad.ravel() / grid.span_rad,
+            None if parts.pistons is None else parts.pistons.at_points(points),
+        )
+
+    def of_crank(self, crank_n: Complex) -> Array:
+        """Return the loads (m, 2 g) at 1 rad/s of rods, pistons and a crank's unbalance at the mains [N]."""
+        result: Array = self.rods_n + np.stack([crank_n.real, crank_n.imag], axis=-1) @ self.turning
+        return result
+
+    def surplus_n_m(self, moving_n: Array, speed_rad_s: float) -> float:
+        """Return the mean torque that friction leaves at a speed, of a crank with its rods [N·m]."""
+        return self.surpluses_n_m([moving_n], speed_rad_s)[0]
+
+    def surpluses_n_m(self, moving_n: Sequence[Array], speed_rad_s: float) -> list[float]:
+        """Return the mean torque that friction leaves at a speed, by crank [N·m]."""
+        firing = self.firing
+        left = firing.gas_mean_n_m - firing.mean_pressure_friction_n_m(speed_rad_s)
+        steady = self.steady_n
+        if self.pistons is not None:
+            along = self.pistons.along_n(speed_rad_s)
+            lost = np.einsum("cg,cg,g->", along, self.pistons.slope_mm, self.shares)
+            left -= float(lost) * N_M_PER_N_MM
+            steady = steady + self.pistons.rods.mains_n(along).reshape(steady.shape)
+        lever = firing.friction.main_lever_mm(firing.main_diameters_mm) * N_M_PER_N_MM
+        return [left - float(lever @ self._mean_sizes_n(steady, each, speed_rad_s)) for each in moving_n]
+
+    def _mean_sizes_n(self, steady_n: Array, moving_n: Array, speed_rad_s: float) -> Array:
+        whole = steady_n + speed_rad_s**2 * moving_n
+        whole *= whole
+        count = self.shares.size
+        # not by @: BLAS would start threads for it, which cost more than they gain
+        result: Array = np.einsum("mg,g->m", np.sqrt(whole[:, :count] + whole[:, count:]), self.shares)
+        return result
+
+
+def _apart(vectors: Complex) -> Array:
+    """Return x + iy (m, g) as x of all points, then y of all (m, 2 g)."""
+    return np.concatenate([vectors.real, vectors.imag], axis=-1)
 
 
 def factor_rows(firing: FiringEngine, factors: Sequence[float], speed_rad_s: float) -> tuple[FactorRow, ...]:
@@ -126,32 +211,88 @@ class KeyFigures:
     greatest_torque_n_m: NewtonMetres
 
 
-def key_figures(firing: FiringEngine, speed_rad_s: float, factor: float | None = None) -> KeyFigures:
-    """Return the key figures of an engine with an ideal crank of a factor, or as it is.
+@dataclass(frozen=True)
+class TorqueLeft:
+    """Mean torque that friction leaves: at the speed, the largest, and where it ends; see `KeyFigures`."""
+
+    now_n_m: float
+    greatest_speed_rad_s: float | None
+    greatest_torque_n_m: float
+
+    def figures(self, inertia_g_mm2: float) -> KeyFigures:
+        """Return the key figures with a mean inertia."""
+        acceleration = self.now_n_m / (inertia_g_mm2 * N_M_PER_G_MM2_S2)
+        return KeyFigures(acceleration, self.greatest_speed_rad_s, self.greatest_torque_n_m)
+
+
+def torques_left(
+    mains: MainLoads, speed_rad_s: float, factors: Sequence[float | None] = (None,)
+) -> tuple[TorqueLeft, ...]:
+    """Return the torque left with ideal cranks of factors (None: the crank as it is)."""
+    means = mains.means
+    cranks = [means.of_crank(mains.crank_n(factor)) for factor in factors]
+    low, high = LOWEST_SPEED_RATIO * speed_rad_s, MAX_SPEED_RATIO * speed_rad_s
+    speeds = [low, *(np.linspace(MIN_SPEED_RATIO, 1.0, 10) * speed_rad_s).tolist(), high]
+    by_speed = [means.surpluses_n_m(cranks, speed) for speed in speeds]  # friction of pistons once a speed
+    rows = []
+    for crank, torques in zip(cranks, zip(*by_speed, strict=True), strict=True):
+        ends = dict(zip((low, high), (torques[0], torques[-1]), strict=True))
+
+        def surplus(speed: float, crank: Array = crank, ends: dict[float, float] = ends) -> float:
+            return ends[speed] if speed in ends else means.surplus_n_m(crank, speed)
+
+        greatest = _greatest_speed(surplus, low, high)
+        rows.append(TorqueLeft(torques[-2], greatest, max(torques[1:-1])))
+    return tuple(rows)
+
+
+def key_figures(
+    firing: FiringEngine, speed_rad_s: float, factors: Sequence[float | None] = (None,)
+) -> tuple[KeyFigures, ...]:
+    """Return the key figures of an engine with ideal cranks of factors (None: the crank as it is).
 
     References
     ----------
     Hoem & Røsholm 2016, Sec. 1.3: throttle response, largest speed and largest torque.
     """
-    mains = MainLoads.of(firing)
-
-    def surplus(speed: float) -> float:
-        return mains.surplus_n_m(factor, speed)
-
-    inertia = float(np.mean(firing.inertia_g_mm2(firing.grid.even_rad))) * N_M_PER_G_MM2_S2
-    torques = [surplus(share * speed_rad_s) for share in np.linspace(MIN_SPEED_RATIO, 1.0, 10)]
-    return KeyFigures(surplus(speed_rad_s) / inertia, _greatest_speed(surplus, speed_rad_s), max(torques))
+    inertia = mean_inertia_g_mm2(firing)
+    return tuple(left.figures(inertia) for left in torques_left(MainLoads.of(firing), speed_rad_s, factors))
 
 
-def _greatest_speed(surplus: Callable[[float], float], speed_rad_s: float) -> float | None:
+def mean_inertia_g_mm2(firing: FiringEngine) -> float:
+    """Return the mean of J over the crank angle [g·mm²]."""
+    return float(np.mean(firing.inertia_g_mm2(firing.grid.even_rad)))
+
+
+def _greatest_speed(surplus: Callable[[float], float], low_rad_s: float, high_rad_s: float) -> float | None:
     from scipy.optimize import brentq
 
-    low, high = 1e-3 * speed_rad_s, MAX_SPEED_RATIO * speed_rad_s
-    if surplus(low) <= 0.0:
+    if surplus(low_rad_s) <= 0.0:
         return 0.0
-    if surplus(high) > 0.0:
+    if surplus(high_rad_s) > 0.0:
         return None
-    return float(brentq(surplus, low, high, xtol=1e-9 * high))
+    return float(brentq(surplus, low_rad_s, high_rad_s, xtol=1e-9 * high_rad_s))
+
+
+def inertia_figures(firing: FiringEngine, speed_rad_s: float, shares: Sequence[float]) -> list[KeyFigures]:
+    """Return the key figures with the inertia of crank and flywheel multiplied by each share."""
+    changed = [with_inertia(firing, share) for share in shares]
+    if any(each.driven_inertia_g_mm2 for each in firing.drives):  # whose pull depends on the inertia before
+        return [key_figures(each, speed_rad_s)[0] for each in changed]
+    (left,) = torques_left(MainLoads.of(firing), speed_rad_s)
+    return [left.figures(mean_inertia_g_mm2(each)) for each in changed]
+
+
+def reciprocating_figures(
+    firing: FiringEngine, speed_rad_s: float, shares: Sequence[float]
+) -> list[KeyFigures]:
+    """Return the key figures with the reciprocating masses multiplied by each share."""
+    rows = []
+    for share in shares:
+        changed = with_reciprocating(firing, share)
+        (left,) = torques_left(MainLoads(changed, changed.parts_beside(firing)), speed_rad_s)
+        rows.append(left.figures(mean_inertia_g_mm2(changed)))
+    return rows
 
 
 def with_inertia(firing: FiringEngine, share: float) -> FiringEngine:

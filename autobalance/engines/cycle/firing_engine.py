@@ -10,10 +10,10 @@ from functools import cached_property
 import numpy as np
 
 from autobalance.engines.cycle.cylinder import CylinderCycle, Strokes
-from autobalance.engines.cycle.drive import Drive, DrivePulls, drive_pulls
+from autobalance.engines.cycle.drive import Drive, DrivenCrank, DrivePulls, drive_pulls
 from autobalance.engines.cycle.friction import NO_FRICTION, Friction
 from autobalance.engines.cycle.grid import CycleGrid
-from autobalance.engines.cycle.piston_friction import PistonFriction, PistonFrictionParts
+from autobalance.engines.cycle.piston_friction import PistonFriction, PistonFrictionParts, WallLoads
 from autobalance.engines.cycle.weight import Gravity, WeightLoads, weight_loads
 from autobalance.running_gear.loads import Loads, lever_shares, loads, variable_inertia_g_mm2
 from autobalance.running_gear.whole_engine import CrankUnbalance, Engine
@@ -102,10 +102,50 @@ class FiringEngine:
     @cached_property
     def parts(self) -> LoadParts:
         """The loads on the grid's angles, gas and inertia apart."""
-        parts = LoadParts.of(self, self.grid.angle_rad)
-        if self.piston_friction is not None:
-            parts = replace(parts, pistons=PistonFrictionParts.of(self, parts, self.piston_friction))
-        return replace(parts, pulls=drive_pulls(self, parts)) if self.drives else parts
+        parts, friction = LoadParts.of(self, self.grid.angle_rad), self.piston_friction
+        if friction is not None:
+            rods, chambers = Engine(self.engine.cylinders), [each.chamber for each in self.cycles]
+            case = friction, rods, self.mains_z_mm, chambers, self.grid.angle_rad, parts.walls
+            parts = replace(parts, pistons=PistonFrictionParts.of(*case))
+        return self._pulled(parts)
+
+    def parts_beside(self, firing: FiringEngine) -> LoadParts:
+        """Return this engine's parts from those of one that differs by its reciprocating masses alone.
+
+        What gas and places of the rods decide is the same, and it is most of the work.
+        """
+        given, rods = firing.parts, Engine(self.engine.cylinders)
+        moved = loads(rods, self.mains_z_mm, 1.0, self.grid.angle_rad)
+        weight = weight_loads_of(self, self.grid.angle_rad)
+        parts = LoadParts(given.gas_state, given.gas, moved, given.crank_n, weight)
+        if given.pistons is not None:
+            parts = replace(parts, pistons=given.pistons.with_masses_of(rods, parts.walls))
+        return self._pulled(parts)
+
+    def _pulled(self, parts: LoadParts) -> LoadParts:
+        """Return the parts with what the drives pull."""
+        if not self.drives:
+            return parts
+        speed = self.drive_speed_rad_s
+        driving = parts.gas.gas_torque_n_m
+        driving = driving if parts.weight is None else driving + parts.weight.torque_n_m
+        mean = self.gas_mean_n_m - self.mean_pressure_friction_n_m(speed)
+        if parts.pistons is not None:
+            rubbed = parts.pistons.at(speed).torque_n_m.sum(axis=0)
+            driving, mean = driving - rubbed, mean - float(self.grid.mean(rubbed))
+        crank = DrivenCrank(
+            self.grid,
+            speed,
+            self.engine.clockwise,
+            self.mains_z_mm,
+            parts.mains_n(speed, parts.crank_n),
+            self.friction.main_lever_mm(self.main_diameters_mm) * N_M_PER_N_MM,
+            driving,
+            mean,
+            self.inertia_g_mm2(self.grid.angle_rad),
+            parts.rods.torque_n_m,
+        )
+        return replace(parts, pulls=drive_pulls(self.drives, crank))
 
     def inertia_g_mm2(self, angle_rad: Array) -> Array:
         """Return J(θ) of all that moves with the crank (n,) [g·mm²]."""
@@ -209,10 +249,14 @@ class LoadParts:
             loads(rods, firing.mains_z_mm, 0.0, angle_rad, gas_n=state.force_n),
             loads(rods, firing.mains_z_mm, 1.0, angle_rad),
             pulls_at_mains_n(firing.engine.crank, firing.mains_z_mm),
-            None
-            if firing.gravity is None
-            else weight_loads(firing.engine, firing.gravity, firing.mains_z_mm, angle_rad),
+            weight_loads_of(firing, angle_rad),
         )
+
+    @property
+    def walls(self) -> WallLoads:
+        """What presses the pistons on their walls."""
+        steady = self.gas.wall_n if self.weight is None else self.gas.wall_n + self.weight.rods.wall_n
+        return WallLoads(self.gas_state.force_n, steady, self.rods.wall_n)
 
     def at_speed(self, speed_rad_s: float) -> Loads:
         """Return the loads at a constant speed."""
@@ -234,8 +278,8 @@ class LoadParts:
     def mains_n(self, speed_rad_s: float, crank_n: Complex) -> Complex:
         """Return the loads x + iy of the mains (m, n) with any crank's unbalance (m,) at them [N]."""
         square = speed_rad_s**2
-        turned: Complex = self._rod_mains_n + crank_n[:, None] * self._turning
-        result: Complex = self._steady_mains_n + square * turned
+        turned: Complex = self.rod_mains_n + crank_n[:, None] * self._turning
+        result: Complex = self.steady_mains_n + square * turned
         return result if self.pistons is None else result + self.pistons.mains_n(speed_rad_s)
 
     @cached_property
@@ -245,14 +289,23 @@ class LoadParts:
         return result
 
     @cached_property
-    def _steady_mains_n(self) -> Complex:
+    def steady_mains_n(self) -> Complex:
+        """Loads of the mains (m, n) by gas, weight and drives, x + iy [N]."""
         gas = as_complex(self.gas.main_n)
         gas = gas if self.weight is None else gas + self.weight.mains_n
         return gas if self.pulls is None else gas + self.pulls.mains_n
 
     @cached_property
-    def _rod_mains_n(self) -> Complex:
+    def rod_mains_n(self) -> Complex:
+        """Loads of the mains (m, n) by rods and pistons at 1 rad/s, x + iy [N]."""
         return as_complex(self.rods.main_n)
+
+
+def weight_loads_of(firing: FiringEngine, angle_rad: Array) -> WeightLoads | None:
+    """Return the loads of weights at crank angles (n,) [rad]; None if nothing has weight."""
+    if firing.gravity is None:
+        return None
+    return weight_loads(firing.engine, firing.gravity, firing.mains_z_mm, angle_rad)
 
 
 def as_complex(vectors: Array) -> Complex:

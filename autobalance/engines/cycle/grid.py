@@ -53,7 +53,9 @@ class CycleGrid:
 
     def mean(self, values: Array) -> Array:
         """Return the mean of values (..., n) over the crank angle (...)."""
-        result: Array = values[..., self.even_rad.size :] @ self.panels.weights_rad.ravel() / self.span_rad
+        # not by @: BLAS would start threads for it, which cost more than they gain
+        shares = self.panels.weights_rad.ravel() / self.span_rad
+        result: Array = np.einsum("...n,n->...", values[..., self.even_rad.size :], shares)
         return result
 
     def harmonics(self, values: Array, orders: Array) -> Complex:

@@ -9,17 +9,16 @@ angle; link rods push their master aside too). Its torque on the crank is f |x�
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 
 from autobalance.declare import ANY, NOT_NEGATIVE, POSITIVE, Key, Values
-from autobalance.engines.cycle.cylinder import CylinderCycle
-from autobalance.engines.cycle.weight import WeightLoads
+from autobalance.engines.cycle.chamber import Chamber
 from autobalance.errors import JobError
-from autobalance.running_gear.loads import Loads, loads
+from autobalance.running_gear.loads import Loads, lever_shares, loads
 from autobalance.running_gear.whole_engine import Engine
 from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM, N_PER_G_MM_S2
@@ -27,6 +26,8 @@ from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM, N_PER_G_MM_S2
 LARGEST_MU = 1.0
 SETTLED = 1e-13
 ROUNDS = 200
+KNOWN_SPEEDS = 4
+"""Speeds whose friction at every angle is kept: some megabytes each."""
 M_S_PER_MM_S = 1e-3
 
 PISTON = (
@@ -134,35 +135,87 @@ class FrictionForces:
     tilt_n_m: Array
 
 
-class GasForce(Protocol):
-    """Gas on the pistons."""
+@dataclass(frozen=True, eq=False)
+class WallLoads:
+    """Forces that press pistons on their walls, by cylinder and crank angle (c, n) [N].
 
-    @property
-    def force_n(self) -> Array: ...
+    Attributes
+    ----------
+    gas_n : (c, n) float
+        Force of the gas on each piston.
+    steady_n, per_square_n : (c, n) float
+        Wall force of gas and weight; of inertia at 1 rad/s.
+    """
 
-
-class RubbedParts(Protocol):
-    """Parts of an engine's loads that press its pistons on their walls."""
-
-    @property
-    def gas(self) -> Loads: ...
-    @property
-    def rods(self) -> Loads: ...
-    @property
-    def gas_state(self) -> GasForce: ...
-    @property
-    def weight(self) -> WeightLoads | None: ...
+    gas_n: Array
+    steady_n: Array
+    per_square_n: Array
 
 
-class RubbedEngine(Protocol):
-    """An engine that fires, as the friction of its pistons sees it."""
+@dataclass(frozen=True, eq=False)
+class PushedRods:
+    """What forces along the cylinders do to walls and crankpins, by 1 N along each (c, n).
 
-    @property
-    def engine(self) -> Engine: ...
-    @property
-    def mains_z_mm(self) -> tuple[float, ...]: ...
-    @property
-    def cycles(self) -> tuple[CylinderCycle, ...]: ...
+    Attributes
+    ----------
+    own_n : (c, n) float
+        Wall force of the piston itself.
+    others_n : (c, c, n) float or None
+        Wall force of piston i by a force along cylinder j; None: no rod hangs on another.
+    pins_n : (c, 2, n) float
+        Load of the crankpin.
+    shares : (m, c) float
+        Of a load on each crankpin that each main takes.
+    """
+
+    own_n: Array
+    others_n: Array | None
+    pins_n: Array
+    shares: Array
+
+    @classmethod
+    def of(cls, engine: Engine, mains_z_mm: Sequence[float], angle_rad: Array) -> PushedRods:
+        """Return the answers at crank angles (n,) [rad] of an engine without its crank."""
+        cylinders = engine.cylinders
+        shares = np.stack([lever_shares(each.z_mm, mains_z_mm) for each in cylinders], axis=1)
+        pushed = np.ones((len(cylinders), angle_rad.size))
+        if all(each.master is None for each in cylinders):
+            together = loads(engine, mains_z_mm, 0.0, angle_rad, gas_n=pushed)
+            return cls(together.wall_n, None, together.crankpin_n.transpose(0, 2, 1).copy(), shares)
+        each_alone = [
+            loads(engine, mains_z_mm, 0.0, angle_rad, gas_n=pushed * row[:, None])
+            for row in np.eye(len(cylinders))
+        ]
+        walls = np.stack([each.wall_n for each in each_alone], axis=1)
+        own: Array = np.einsum("iin->in", walls).copy()
+        pins = np.stack(
+            [each.crankpin_n.sum(axis=0) for each in each_alone]
+        )  # links and master: one crankpin
+        others = walls - own[:, None, :] * np.eye(len(own))[:, :, None]
+        return cls(own, others, pins.transpose(0, 2, 1).copy(), shares)
+
+    def walls_n(self, along_n: Array) -> Array:
+        """Return the wall forces (c, n) of forces along the cylinders (c, n) [N]."""
+        own: Array = self.own_n * along_n
+        return own if self.others_n is None else own + np.einsum("ijn,jn->in", self.others_n, along_n)
+
+    def mains_n(self, along_n: Array) -> Array:
+        """Return the loads of the mains (m, 2, n) of forces along the cylinders (c, n) [N]."""
+        result = np.zeros((len(self.shares), *self.pins_n.shape[1:]))
+        for shares, pin_n, force_n in zip(self.shares.T, self.pins_n, along_n, strict=True):
+            load = pin_n * force_n
+            for main in np.flatnonzero(shares):  # the two beside it
+                result[main] += shares[main] * load
+        return result
+
+    def at_points(self, points: slice) -> PushedRods:
+        """Return the same at some of the angles."""
+        others = None if self.others_n is None else self.others_n[..., points]
+        own, pins = (
+            np.ascontiguousarray(self.own_n[:, points]),
+            np.ascontiguousarray(self.pins_n[..., points]),
+        )
+        return PushedRods(own, others, pins, self.shares)
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,16 +230,10 @@ class PistonFrictionParts:
     mains_z_mm : tuple of float
     slope_mm, bend_mm : (c, n) float
         x′ and x″ of the pistons by the crank angle.
-    steady_n, per_square_n : (c, n) float
-        Wall force of gas and weight; of inertia at 1 rad/s [N].
-    response : (c, c, n) float
-        Wall force of cylinder i by a force of 1 N along cylinder j.
-    mains : (m, c, n) complex
-        Load of a main by the same.
+    walls : WallLoads
+    rods : PushedRods
     rings_n : (c, n) float
         Friction of rings by tension and gas [N].
-    gas_n : (c, n) float
-        Force of the gas [N].
     piston_g : (c,) float
         Masses of pistons without the rods' small ends.
     """
@@ -196,71 +243,85 @@ class PistonFrictionParts:
     mains_z_mm: tuple[float, ...]
     slope_mm: Array
     bend_mm: Array
-    steady_n: Array
-    per_square_n: Array
-    response: Array
-    mains: Complex
+    walls: WallLoads
+    rods: PushedRods
     rings_n: Array
-    gas_n: Array
     piston_g: Array
     known: dict[float, FrictionForces] = field(default_factory=dict)
-    known_mains: dict[float, Complex] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, firing: RubbedEngine, parts: RubbedParts, friction: PistonFriction) -> PistonFrictionParts:
-        """Return the parts on the angles of the loads."""
-        engine, angle = Engine(firing.engine.cylinders), parts.gas.angle_rad
-        count = len(engine.cylinders)
-        response, mains = [], []
-        for number in range(count):
-            unit = np.zeros((count, angle.size))
-            unit[number] = 1.0
-            pushed = loads(engine, firing.mains_z_mm, 0.0, angle, gas_n=unit)
-            response.append(pushed.wall_n)
-            mains.append(pushed.main_n[..., 0] + 1j * pushed.main_n[..., 1])
+    def of(
+        cls,
+        friction: PistonFriction,
+        engine: Engine,
+        mains_z_mm: tuple[float, ...],
+        chambers: Sequence[Chamber],
+        angle_rad: Array,
+        walls: WallLoads,
+    ) -> PistonFrictionParts:
+        """Return the parts at crank angles (n,) [rad] of an engine without its crank."""
         motions = [
-            each.slider_crank.motion(angle + each.throw_angle_rad - each.bank_rad)
+            each.slider_crank.motion(angle_rad + each.throw_angle_rad - each.bank_rad)
             for each in engine.cylinders
         ]
-        around = np.array([math.pi * cycle.chamber.bore_mm for cycle in firing.cycles])[:, None]
-        area = np.array([cycle.chamber.piston_area_mm2 for cycle in firing.cycles])[:, None]
-        pressed = around * friction.ring_height_mm * np.maximum(0.0, parts.gas_state.force_n / area)
-        weight = 0.0 if parts.weight is None else parts.weight.rods.wall_n
+        around = np.array([math.pi * each.bore_mm for each in chambers])[:, None]
+        area = np.array([each.piston_area_mm2 for each in chambers])[:, None]
+        pressed = around * friction.ring_height_mm * np.maximum(0.0, walls.gas_n / area)
         return cls(
             friction,
             engine,
-            firing.mains_z_mm,
+            mains_z_mm,
             np.stack([each.dx_mm for each in motions]),
             np.stack([each.ddx_mm for each in motions]),
-            parts.gas.wall_n + weight,
-            parts.rods.wall_n,
-            np.stack(response, axis=1),
-            np.stack(mains, axis=1),
+            walls,
+            PushedRods.of(engine, mains_z_mm, angle_rad),
             friction.ring_mu * (friction.ring_tension_n + pressed),
-            parts.gas_state.force_n,
             np.array([each.reciprocating_g - each.small_end_g for each in engine.cylinders]),
+        )
+
+    def with_masses_of(self, engine: Engine, walls: WallLoads) -> PistonFrictionParts:
+        """Return the parts of an engine that differs by its reciprocating masses alone."""
+        piston_g = np.array([each.reciprocating_g - each.small_end_g for each in engine.cylinders])
+        return replace(self, engine=engine, walls=walls, piston_g=piston_g, known={})
+
+    def at_points(self, points: slice) -> PistonFrictionParts:
+        """Return the same at some of the angles."""
+
+        def some(values: Array) -> Array:
+            return np.ascontiguousarray(values[:, points])
+
+        walls = self.walls
+        return replace(
+            self,
+            slope_mm=some(self.slope_mm),
+            bend_mm=some(self.bend_mm),
+            walls=WallLoads(some(walls.gas_n), some(walls.steady_n), some(walls.per_square_n)),
+            rods=self.rods.at_points(points),
+            rings_n=some(self.rings_n),
+            known={},
         )
 
     def at(self, speed_rad_s: float) -> FrictionForces:
         """Return the friction at a constant speed."""
         if speed_rad_s not in self.known:
+            if len(self.known) >= KNOWN_SPEEDS:  # a sweep asks each speed a few times on end
+                self.known.pop(next(iter(self.known)))
             self.known[speed_rad_s] = self._at(speed_rad_s)
         return self.known[speed_rad_s]
 
     def _at(self, speed_rad_s: float) -> FrictionForces:
-        way, steep = self._way, self._steep_mm
-        speed = steep * (speed_rad_s * M_S_PER_MM_S)
-        mu = self.friction.skirt_mu_at(speed)
-        rings = self.rings_n + self.friction.viscous_n_s_m * np.abs(speed)
-        bare = self.steady_n + speed_rad_s**2 * self.per_square_n
-        inertia = self.piston_g[:, None] * self.bend_mm * speed_rad_s**2 * N_PER_G_MM_S2
-        tilt = self.friction.pin_offset_mm * (self.gas_n + inertia)
-        length = self.friction.skirt_length_mm
-        least = np.zeros_like(tilt) if length is None else 2.0 * np.abs(tilt) / length
-        skirt, wall = self._balanced(bare, way, mu, rings, least)
-        size = skirt + rings
-        torque = size * steep * N_M_PER_N_MM
-        return FrictionForces(skirt, rings, way * size, wall, torque, tilt * N_M_PER_N_MM)
+        tilt = self._tilt_n_mm(speed_rad_s)
+        skirt, rings = self._sizes_n(speed_rad_s)
+        along = self._way * (skirt + rings)
+        wall = self.bare_walls_n(speed_rad_s) + self.rods.walls_n(along)
+        torque = (skirt + rings) * self._steep_mm * N_M_PER_N_MM
+        return FrictionForces(skirt, rings, along, wall, torque, tilt * N_M_PER_N_MM)
+
+    def along_n(self, speed_rad_s: float) -> Array:
+        """Return friction as forces of gas (c, n) at a constant speed, and nothing else of it [N]."""
+        skirt, rings = self._sizes_n(speed_rad_s)
+        result: Array = self._way * (skirt + rings)
+        return result
 
     @cached_property
     def _way(self) -> Array:
@@ -273,42 +334,72 @@ class PistonFrictionParts:
         return np.abs(self.slope_mm)
 
     @cached_property
-    def _own(self) -> Array:
-        """Each piston's wall force by a force along it (c, n)."""
-        result: Array = np.einsum("iin->in", self.response)
+    def _lean(self) -> Array:
+        """Each piston's wall force by 1 N of its friction (c, n)."""
+        return self.rods.own_n * self._way
+
+    @cached_property
+    def _dry_lean_n(self) -> Array:
+        """Each piston's wall force by the friction of its rings without the film's shear (c, n) [N]."""
+        return self._lean * self.rings_n
+
+    def bare_walls_n(self, speed_rad_s: float) -> Array:
+        """Return the wall forces without friction (c, n) [N]."""
+        result: Array = self.walls.steady_n + speed_rad_s**2 * self.walls.per_square_n
         return result
 
-    def _balanced(
-        self, bare: Array, way: Array, mu: Array, rings: Array, least: Array
-    ) -> tuple[Array, Array]:
-        """Return the skirts' friction and the wall forces that it balances with, (c, n) each [N]."""
-        own = self._own
-        linked = any(each.master is not None for each in self.engine.cylinders)
-        others = self.response - own[:, None, :] * np.eye(len(own))[:, :, None] if linked else None
-        skirt = np.zeros_like(bare)
+    def _tilt_n_mm(self, speed_rad_s: float) -> Array:
+        """Return the moments (c, n) that tilt the pistons about their wrist pins [N·mm]."""
+        offset = self.friction.pin_offset_mm
+        if not offset:
+            return np.zeros_like(self.slope_mm)
+        inertia = self.piston_g[:, None] * self.bend_mm * speed_rad_s**2 * N_PER_G_MM_S2
+        result: Array = offset * (self.walls.gas_n + inertia)
+        return result
+
+    def _sizes_n(self, speed_rad_s: float) -> tuple[Array, Array]:
+        """Return the sizes of the skirts' friction and of the rings', (c, n) each [N].
+
+        |N| = |A₁|/(1 − σ W s μ) is exact where no other piston's friction moves its wall force; link rods and
+        their master are balanced in turns.
+        """
+        friction, bare = self.friction, self.bare_walls_n(speed_rad_s)
+        mu: Array | float = friction.skirt_mu
+        rings, ring_lean = self.rings_n, self._dry_lean_n
+        if friction.stribeck_speed_m_s is not None or friction.viscous_n_s_m:
+            speed = self._steep_mm * (speed_rad_s * M_S_PER_MM_S)
+            mu = mu if friction.stribeck_speed_m_s is None else friction.skirt_mu_at(speed)
+            if friction.viscous_n_s_m:
+                rings = rings + friction.viscous_n_s_m * speed
+                ring_lean = self._lean * rings
+        length = friction.skirt_length_mm
+        least = None if length is None else 2.0 / length * np.abs(self._tilt_n_mm(speed_rad_s))
+        skirt = self._skirts_n(bare + ring_lean, mu, least)
+        if self.rods.others_n is None:
+            return skirt, rings
         for _ in range(ROUNDS):
-            pushed = bare + own * way * rings
-            if others is not None:
-                pushed = pushed + np.einsum("ijn,jn->in", others, way * (skirt + rings))
-            # |N| = |A₁|/(1 − σ W s μ) is exact if no other piston's friction moves its wall force
-            facing = np.abs(pushed) / (1.0 - np.sign(pushed) * own * way * mu)
-            found = mu * np.maximum(facing, least)
-            wall = pushed + own * way * found
-            found = mu * np.maximum(np.abs(wall), least)
+            pushed = np.einsum("ijn,jn->in", self.rods.others_n, self._way * (skirt + rings))
+            found = self._skirts_n(bare + ring_lean + pushed, mu, least)
             change = float(np.abs(found - skirt).max(initial=0.0))
             skirt = found
-            if others is None or change <= SETTLED * float(np.abs(bare).max(initial=1.0)):
+            if change <= SETTLED * float(np.abs(bare).max(initial=1.0)):
                 break
-        if others is None:
-            return skirt, bare + own * way * (skirt + rings)
-        return skirt, bare + np.einsum("ijn,jn->in", self.response, way * (skirt + rings))
+        return skirt, rings
+
+    def _skirts_n(self, pushed: Array, mu: Array | float, least: Array | None) -> Array:
+        """Return the skirts' friction (c, n) with wall forces of all but their own friction [N]."""
+        lean = self._lean * mu
+        facing = np.abs(pushed) / (1.0 - np.sign(pushed) * lean)
+        if least is not None:  # a tilted piston presses with both ends
+            facing = np.maximum(np.abs(pushed + lean * np.maximum(facing, least)), least)
+        result: Array = mu * facing
+        return result
 
     def mains_n(self, speed_rad_s: float) -> Complex:
         """Return what friction adds to the mains (m, n) at a speed, x + iy [N]."""
-        if speed_rad_s not in self.known_mains:  # key figures ask for each speed once a factor
-            along = self.at(speed_rad_s).along_n
-            self.known_mains[speed_rad_s] = (self.mains * along[None]).sum(axis=1)
-        return self.known_mains[speed_rad_s]
+        mains = self.rods.mains_n(self.at(speed_rad_s).along_n)
+        result: Complex = mains[:, 0] + 1j * mains[:, 1]
+        return result
 
     def pin_roll_n_m(self, speed_rad_s: float, *, clockwise: bool) -> Array:
         """Return d m ẍ of all pistons (n,): what they roll the block less than masses on their pins [N·m].
@@ -340,7 +431,7 @@ class PistonFrictionParts:
             mu = np.where(now.skirt_n > np.abs(mu * now.wall_n) * (1.0 + 1e-12), 0.0, mu)
         rate = np.zeros_like(swung)
         for _ in range(ROUNDS):
-            found = mu * (swung + np.einsum("ijn,jn->in", self.response, way * rate))
+            found = mu * (swung + self.rods.walls_n(way * rate))
             change = float(np.abs(found - rate).max(initial=0.0))
             rate = found
             if change <= SETTLED * float(np.abs(swung).max(initial=0.0)):

@@ -67,7 +67,7 @@ def piston_figures(cycle: CycleAnalysis) -> PistonFrictionFigures:
     mean, gas = float(grid.mean(torque)), firing.gas_mean_n_m
     change = parts.equivalent_inertia_g_mm2(grid.angle_rad, speed)
     even, bare = cycle.uneven_speed, cycle.without_piston_friction
-    walls = parts.steady_n + speed**2 * parts.per_square_n
+    walls = parts.bare_walls_n(speed)
 
     def mean_bar(size_n: Array, number: int) -> float:
         work = float(grid.mean(size_n[number] * np.abs(parts.slope_mm[number]))) * grid.span_rad

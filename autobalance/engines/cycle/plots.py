@@ -119,7 +119,7 @@ def _factors(cycle: CycleAnalysis, factors: Sequence[float], at: str) -> Plots:
     mains, speed = MainLoads.of(cycle.firing), cycle.speed_rad_s
     names = [f"{100.0 * factor:g} %" for factor in factors]
     sizes = [cycle.grid.even(mains.sizes_n(factor, speed).max(axis=0)) for factor in factors]
-    figures = [key_figures(cycle.firing, speed, factor) for factor in factors]
+    figures = key_figures(cycle.firing, speed, factors)
     figure = {"throttle response": [each.acceleration_rad_s2 for each in figures]}
     over = plots.over_angle(
         f"Largest load of a main by balance factor {at}",

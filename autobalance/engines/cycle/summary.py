@@ -14,9 +14,9 @@ from autobalance.engines.cycle.factors import (
     FactorRow,
     MainLoads,
     factor_rows,
+    inertia_figures,
     key_figures,
-    with_inertia,
-    with_reciprocating,
+    reciprocating_figures,
 )
 from autobalance.engines.cycle.figures import (
     CycleLoads,
@@ -223,11 +223,14 @@ def _counterweights(cycle: CycleAnalysis) -> list[ThrowCounterweight]:
 
 def _key_figures(cycle: CycleAnalysis, factors: Sequence[float]) -> KeyFigureTable:
     firing, speed = cycle.firing, cycle.speed_rad_s
+    by_factor = key_figures(firing, speed, factors)
+    by_inertia = inertia_figures(firing, speed, SHARES)
+    by_mass = reciprocating_figures(firing, speed, SHARES)
     return KeyFigureTable(
-        factor=[FactorFigures(factor=f, figures=key_figures(firing, speed, f)) for f in factors],
-        inertia=[ShareFigures(share=s, figures=key_figures(with_inertia(firing, s), speed)) for s in SHARES],
+        factor=[FactorFigures(factor=f, figures=each) for f, each in zip(factors, by_factor, strict=True)],
+        inertia=[ShareFigures(share=s, figures=each) for s, each in zip(SHARES, by_inertia, strict=True)],
         reciprocating_mass=[
-            ShareFigures(share=s, figures=key_figures(with_reciprocating(firing, s), speed)) for s in SHARES
+            ShareFigures(share=s, figures=each) for s, each in zip(SHARES, by_mass, strict=True)
         ],
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,47 +96,41 @@ class SolvedPart:
 
 # Cash and Karp's Runge–Kutta of order 5 (ACM Trans. Math. Softw. 16, 1990)
 PLACES = (0.0, 0.2, 0.3, 0.6, 1.0, 0.875)
-STAGES = (
-    (),
-    (1 / 5,),
-    (3 / 40, 9 / 40),
-    (3 / 10, -9 / 10, 6 / 5),
-    (-11 / 54, 5 / 2, -70 / 27, 35 / 27),
-    (1631 / 55296, 175 / 512, 575 / 13824, 44275 / 110592, 253 / 4096),
-)
-STEP = (37 / 378, 0.0, 250 / 621, 125 / 594, 0.0, 512 / 1771)
+STEP = (37 / 378, 250 / 621, 125 / 594, 512 / 1771)
+"""Weights of stages 1, 3, 4 and 6; the others have none."""
 
 
 def _solved(gas: GasEquation, edges_rad: Array) -> Array:
     """P V, its slope, work and wall heat (4, n) at the edges, by steps from edge to edge.
 
-    All that depends on the angle alone is computed for all stages at once.
+    All that depends on the angle alone is computed for all stages at once. Stages are written out: loops over
+    their coefficients would take half of a cycle's time.
     """
     widths = np.diff(edges_rad)
     angles = edges_rad[:-1, None] + widths[:, None] * np.array(PLACES)
-    known = gas.known(angles.ravel())
-    rows = [list(zip(*(each[k : k + 6] for each in known), strict=True)) for k in range(0, angles.size, 6)]
-    last = next(zip(*gas.known(edges_rad[-1:]), strict=True))
+    rows = np.stack(gas.known(angles), axis=-1).tolist()
+    last = np.stack(gas.known(edges_rad[-1:]), axis=-1).tolist()[0]
     held, work, lost = float(gas.first_state), 0.0, 0.0
     table = np.zeros((4, edges_rad.size))
-    for place, (width, row) in enumerate(zip(widths.tolist(), rows, strict=True)):
-        slopes: list[float] = []
-        works, losses = 0.0, 0.0
-        for stage, known_there, weight in zip(STAGES, row, STEP, strict=True):
-            at = held + width * sum(a * slope for a, slope in zip(stage, slopes, strict=True))
-            slope, pushed, heat = gas.rates(known_there, at)
-            slopes.append(slope)
-            works += weight * pushed
-            losses += weight * heat
-        table[:, place] = held, slopes[0], work, lost
-        held += width * sum(weight * slope for weight, slope in zip(STEP, slopes, strict=True))
-        work += width * works
-        lost += width * losses
-    table[:, -1] = held, gas.rates(last, held)[0], work, lost
+    b1, b3, b4, b6 = STEP
+    rates = gas.rates
+    for place, (h, (at1, at2, at3, at4, at5, at6)) in enumerate(zip(widths.tolist(), rows, strict=True)):
+        k1, w1, q1 = rates(at1, held)
+        k2, _, _ = rates(at2, held + h * (k1 / 5))
+        k3, w3, q3 = rates(at3, held + h * (3 / 40 * k1 + 9 / 40 * k2))
+        k4, w4, q4 = rates(at4, held + h * (3 / 10 * k1 - 9 / 10 * k2 + 6 / 5 * k3))
+        k5, _, _ = rates(at5, held + h * (-11 / 54 * k1 + 5 / 2 * k2 - 70 / 27 * k3 + 35 / 27 * k4))
+        of_four = 1631 / 55296 * k1 + 175 / 512 * k2 + 575 / 13824 * k3 + 44275 / 110592 * k4
+        k6, w6, q6 = rates(at6, held + h * (of_four + 253 / 4096 * k5))
+        table[:, place] = held, k1, work, lost
+        held += h * (b1 * k1 + b3 * k3 + b4 * k4 + b6 * k6)
+        work += h * (b1 * w1 + b3 * w3 + b4 * w4 + b6 * w6)
+        lost += h * (b1 * q1 + b3 * q3 + b4 * q4 + b6 * q6)
+    table[:, -1] = held, rates(last, held)[0], work, lost
     return table
 
 
-Known = tuple[float, float, float, float, float, float]
+Known = Sequence[float]
 """An angle [rad] with its volume [mm³], the volume's slope [mm³/rad], the rate of heat [N·mm/rad], the
 wall [m²] and the motored pressure [MPa]."""
 
@@ -156,14 +151,13 @@ class GasEquation:
             stroke_m = chamber.slider_crank.stroke_mm * 1e-3
             self.by_piston = 2.28 * stroke_m * walls.speed_rad_s / float(np.pi)
 
-    def known(self, angle_rad: Array) -> tuple[list[float], ...]:
-        """Return what ``Known`` has at angles (n,), a list each."""
+    def known(self, angle_rad: Array) -> tuple[Array, ...]:
+        """Return the columns of ``Known`` at angles of any shape."""
         volume, slope = self.chamber.volume_and_slope(angle_rad)
         burnt = np.zeros_like(angle_rad) if self.heat is None else self.heat.rate_n_mm(angle_rad)
         area_m2 = self.chamber.surface_mm2(volume) * 1e-6
         motored = self.charge.pressure_mpa * (self.first_mm3 / volume) ** self.charge.gamma
-        columns = angle_rad, volume, slope, burnt, area_m2, motored
-        return tuple(each.tolist() for each in columns)
+        return angle_rad, volume, slope, burnt, area_m2, motored
 
     def rates(self, known: Known, held_n_mm: float) -> tuple[float, float, float]:
         """Return the derivatives by the crank angle of p V, work and wall heat."""
