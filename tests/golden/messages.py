@@ -26,7 +26,7 @@ from tests.unit import test_bearing_file, test_fed_bearing_file, test_job
 
 STORED = Path(__file__).with_name("messages.txt")
 COMMAND_LINES = (
-    *("blance", "help", "version", "gui", "zzz", "balance a.toml b.toml", "verify", "inspect missing.stl"),
+    *("blance", "zzz", "balance a.toml b.toml", "verify", "inspect missing.stl"),
     *("inspect missing.stl --unit yard", "balance missing.toml", "generate octopus -o crank.stl"),
     *("grade --mass 2 --speed-rpm 9000", "calc kinetic", "schema octopus", "study missing.toml --samples 0"),
     *("recut missing.json missing.toml", "init", "sheet missing.json -o out", "jobs missing"),
