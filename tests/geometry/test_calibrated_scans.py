@@ -125,7 +125,7 @@ def test_diameters_that_no_even_skin_explains_are_named() -> None:
     sizes = {"main_journal": main + 0.1, "crankpin": pin - 0.1}
     found, _, _ = _systematic(CrankReadings(None, 0.0, "skin", sizes, 0.002))
     assert len(found.contradictions) == 2
-    assert "than the micrometer says" in found.contradictions[0]
+    assert "mm smaller than by micrometer, beyond an even skin" in found.contradictions[0]
 
 
 def test_a_diameter_that_no_journal_has_is_refused() -> None:

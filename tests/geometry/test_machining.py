@@ -301,7 +301,7 @@ def test_a_part_that_falls_apart_is_refused() -> None:
 
 def test_a_face_without_surfaces_cannot_grow() -> None:
     plate = ExactSolid(block())
-    with pytest.raises(SolidError, match="not a plane of its own"):
+    with pytest.raises(SolidError, match="a face for added metal is not a separate plane"):
         plate.machined([], [Raising((), np.array([0.0, 0.0, 1.0]), 1.0)])
 
 
