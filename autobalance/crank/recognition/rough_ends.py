@@ -85,11 +85,12 @@ def with_ends(
     each = replace(each, steps_mm=(begins[0], begins[1]))
     if isinstance(below, _Step) and isinstance(above, _Step) and abs(below.height - above.height) < ALIKE_MM:
         middle, half = 0.5 * (below.face + above.face), 0.5 * each.run.width
+        apart = 2.0 * half - (above.begins - below.begins)  # none where the steps begin at its last points
         return replace(
             each,
             run=replace(each.run, z_low=middle - half, z_high=middle + half),
             middle_pm_mm=0.5 * math.hypot(below.face_pm, above.face_pm),
-            width_pm_mm=math.hypot(END_PM_MM, END_PM_MM),
+            width_pm_mm=math.hypot(END_PM_MM, END_PM_MM, 0.5 * apart),
         )
     if (
         isinstance(below, _Fillet)
@@ -173,13 +174,14 @@ def _fillet(
     run = each.run
     end = run.z_low if side < 0.0 else run.z_high
     reach = FILLET_SHARE * run.radius + FACE_MM
-    beside = [
+    near = [
         (side * (plane.centroid[2] - end), plane, pm) for plane, pm in planes if side * plane.normal[2] < 0.0
     ]
-    passed = [item for item in beside if -FACE_MM - BEYOND_RUN_MM < item[0] <= -FACE_MM]
-    beside = [item for item in beside if -FACE_MM < item[0] < reach]
+    # a hollow journal's bore may end there, whose bottom is no face of the web
+    near = [item for item in near if item[0] < reach and _touches(item[1], run, reach)]
     # an eccentric beside a shaft covers a part of it: past its face the rest of the shaft goes on
-    beside = beside or [item for item in passed if _touches(item[1], run, reach)]
+    beside = [item for item in near if item[0] > -FACE_MM]
+    beside = beside or [item for item in near if item[0] > -FACE_MM - BEYOND_RUN_MM]
     if not beside:
         return None
     _, plane, face_pm = min(beside, key=lambda item: abs(item[0]))
