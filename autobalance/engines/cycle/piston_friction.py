@@ -32,8 +32,8 @@ M_S_PER_MM_S = 1e-3
 
 PISTON = (
     Key("skirt_mu", float, "friction of the skirt on its wall, by the side force", NOT_NEGATIVE, 0.0),
-    Key("boundary_mu", float, "friction of the skirt at zero piston speed; needs `stribeck_speed_m_s`", NOT_NEGATIVE,
-        None, usual="`skirt_mu`"),
+    Key("boundary_mu", float, "friction of the skirt at zero piston speed; needs `stribeck_speed_m_s`",
+        NOT_NEGATIVE, None, usual="`skirt_mu`"),
     Key("stribeck_speed_m_s", float, "speed over which friction falls from `boundary_mu` to `skirt_mu`, "
         "μ = μ_s + (μ_b − μ_s) exp(−|v|/v₀)", POSITIVE, None, usual="Coulomb"),
     Key("viscous_N_s_m", float, "shear of the oil film of skirt and rings over the speed", NOT_NEGATIVE, 0.0),
