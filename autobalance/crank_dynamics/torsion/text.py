@@ -176,7 +176,7 @@ def _listed(critical: Sequence[CriticalOrder]) -> str:
 
 
 def _response(response: Sequence[OrderResponse]) -> str:
-    rows: list[Sequence[str]] = [("Order", "greatest twist", "torque", "stress", "at")]
+    rows: list[Sequence[str]] = [("Order", "largest twist", "torque", "stress", "at")]
     for each in response:
         known = [point for point in each.points if point.greatest_n_m is not None]
         if not known:
