@@ -184,7 +184,7 @@ def test_a_bare_rod_takes_its_small_end_off_the_wrist_pin(
 PLOTS = {
     "force-over-angle": ("crank angle [°]", "force [N]"),
     "force-polar": ("force along cylinder 1 [N]", "force across [N]"),
-    "orders": ("order of the crank speed [-]", "greatest force [N]"),
+    "orders": ("order of the crank speed [-]", "maximum force [N]"),
     "main-bearings-polar": ("load along x [N]", "load along y [N]"),
     "wrist-pins-polar": ("load along x [N]", "load along y [N]"),
     "crankpins-polar": ("load along x [N]", "load along y [N]"),

@@ -42,7 +42,7 @@ def test_the_answers_become_a_job_a_verdict_and_the_next_step(folder: Path) -> N
     code, said = hold(folder, *ANSWERS)
     assert code == 0
     assert "balance factor 0.81" in said
-    assert "least peak force" in said
+    assert "smallest peak force" in said
     assert "single, stroke 53.80 mm, pressed up" in said
     assert said.rstrip().endswith(f"Next: autobalance verify {folder / 'job-balanced' / 'report.json'}")
     assert jobs.run("verify", folder / "job-balanced" / "report.json") == 0

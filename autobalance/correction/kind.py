@@ -296,7 +296,7 @@ class Kind(ABC, Generic[L]):
             raise CorrectionError(f"depth_mm is {depth:g}; {cut.limit} allows {most:g} mm at most")
         if depth < cut.least_depth_mm - SAME_DEPTH_MM:
             raise CorrectionError(
-                f"depth_mm is {depth:g}; the least depth there is {cut.least_depth_mm:.4g} mm"
+                f"depth_mm is {depth:g}; the minimum depth there is {cut.least_depth_mm:.4g} mm"
             )
         if step and abs(depth - step * round(depth / step)) > SAME_DEPTH_MM:
             raise CorrectionError(f"depth_mm is {depth:g}, no multiple of depth_step_mm = {step:g}")

@@ -24,7 +24,7 @@ Vector = tuple[float, float, float]
 AnalysisKind = Literal["modes", "static"]
 
 
-BoxInFile = Annotated[tuple[Vector, Vector], "two corners, the least first, in the file's axes"]
+BoxInFile = Annotated[tuple[Vector, Vector], "two corners, the smaller first, in the file's axes"]
 
 
 @dataclass(frozen=True)
@@ -193,7 +193,9 @@ def _job(values: Values, folder: Path) -> FemJob:
 def _box(box: Box, where: str) -> Box:
     low, high = box
     if any(a > b for a, b in zip(low, high, strict=True)):
-        raise JobError(f"{where}.box_mm is {[list(low), list(high)]}; its first corner must be the least")
+        raise JobError(
+            f"{where}.box_mm is {[list(low), list(high)]}; its first corner must be the smaller one"
+        )
     return low, high
 
 

@@ -17,5 +17,5 @@ def fem_plots(report: FemReport) -> dict[str, Plot]:
         drawn = plots.named_bars("Natural frequencies", ("mode", "frequency [Hz]"), places, groups)
         return {"fem-modes": drawn}
     places = [f"{level.nodes} nodes" for level in levels]
-    heights = {"greatest principal stress": [level.values[0] for level in levels]}
-    return {"fem-stress": plots.named_bars("Greatest stress", ("mesh", "stress [MPa]"), places, heights)}
+    heights = {"maximum principal stress": [level.values[0] for level in levels]}
+    return {"fem-stress": plots.named_bars("Maximum stress", ("mesh", "stress [MPa]"), places, heights)}

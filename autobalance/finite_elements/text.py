@@ -42,7 +42,7 @@ def _static(answer: Answer) -> list[str]:
             f"largest principal stress     {principal:.2f} MPa, ± {error:.2g} MPa",
         ]
     if answer.displacement is not None:
-        lines.append(f"greatest displacement        {answer.displacement.greatest_mm:.4g} mm")
+        lines.append(f"maximum displacement        {answer.displacement.greatest_mm:.4g} mm")
     if answer.reactions_N is not None:
         reactions = ", ".join(f"{value:.1f}" for value in answer.reactions_N)
         lines.append(f"reactions                    ({reactions}) N")

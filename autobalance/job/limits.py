@@ -33,7 +33,7 @@ from autobalance.toml_files.keys import read
 OF_FACES = {
     "faces": "or a list of ids from `inspect`, or of points in file coordinates in mm, one on each face",
     "sector_deg": "only this part of each face: two angles about the axis, in the rotor frame",
-    "max_depth_mm": "greatest depth",
+    "max_depth_mm": "maximum depth",
     "same_depth": "one depth for all faces",
     "min_wall_mm": "metal to leave behind the new face",
 }

@@ -29,7 +29,7 @@ class FiniteElements:
     not_meshed: Count
     model: str
     expected_errors: Annotated[Mapping[str, NotNegative] | None, "as shares, by objective"]
-    errors_when_written: Annotated[Mapping[str, NotNegative] | None, "the greatest, as shares"]
+    errors_when_written: Annotated[Mapping[str, NotNegative] | None, "largest errors, as shares"]
 
 
 @record
@@ -135,7 +135,9 @@ class DesignReport(Head):
     design: Annotated[Mapping[str, Any], "as read"]
     start: StartFigures
     search: SearchFigures
-    designs: Annotated[Sequence[DesignFigures], "the least violated alone, where none keeps everything"]
+    designs: Annotated[
+        Sequence[DesignFigures], "only the one with the smallest violation if no design meets all limits"
+    ]
     front: Annotated[Sequence[str], "ids of the designs that no other beats"]
     best: Annotated[Mapping[str, str], "id of the best design, by objective"]
     outcome: Literal["found", "infeasible"]

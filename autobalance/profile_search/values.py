@@ -44,7 +44,7 @@ def infeasible_reason(design: WrittenDesign, tried: Callable[[], Sequence[Remedy
             f"{_remedy_sentence(tried())}"
         )
     return (
-        f"no design keeps everything: the least violated breaks {worst.name} ({worst.limit:g} {worst.unit}) "
+        f"no design meets all limits: the nearest one breaks {worst.name} ({worst.limit:g} {worst.unit}) "
         f"by {by:.3g} {worst.unit}; release that limit by as much"
     )
 

@@ -153,7 +153,7 @@ def test_a_body_that_can_still_move_is_refused(brick: dict[str, Any]) -> None:
         ({"fix": []}, "fix is missing"),
         ({"load": []}, "load is missing"),
         ({"fix": [{"box_mm": [[0, 0, 0], [1, 1, 1]], "axes": "xw"}]}, r"fix\[1\].axes is 'xw'"),
-        ({"fix": [{"box_mm": [[2, 0, 0], [1, 1, 1]]}]}, "its first corner must be the least"),
+        ({"fix": [{"box_mm": [[2, 0, 0], [1, 1, 1]]}]}, "its first corner must be the smaller one"),
         ({"load": [{"box_mm": [[0, 0, 0], [1, 1, 1]]}]}, "needs one of traction_MPa and force_N"),
         ({"analysis": {"kind": "modes"}}, "load is given with"),
         ({"analysis": {"kind": "static", "sise_mm": 1.0}}, "unknown key"),

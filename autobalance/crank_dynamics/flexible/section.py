@@ -66,7 +66,7 @@ def flexible_text(flexible: Flexible) -> str:
     last = () if bare is None else ("without counterweights",)
     films = flexible.main_journals[0].stiffness_N_mm is None
     head = "Bends, in films" if films else "Bends, on springs"
-    rows: list[Sequence[str]] = [(head, "greatest load", "at", "mean", "rigid", "orbit up to", *last)]
+    rows: list[Sequence[str]] = [(head, "maximum load", "at", "mean", "rigid", "orbit up to", *last)]
     for place, each in enumerate(flexible.main_journals):
         rows.append(
             (

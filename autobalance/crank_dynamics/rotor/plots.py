@@ -73,7 +73,7 @@ def _shapes(modes: Sequence[ShapedMode]) -> Plot:
             if amount.max() > 1e-3:
                 name = f"{number}{axis}: {HERTZ.written(mode.figures.frequency_rad_s):.1f} Hz"
                 curves.append(Curve(name, z, amount * np.cos(phase - lean)))
-    return lines("Mode shapes", ("z [mm]", "deflection, greatest 1 [-]"), curves)
+    return lines("Mode shapes", ("z [mm]", "deflection, maximum 1 [-]"), curves)
 
 
 def _response(response: Sequence[Response], value: Callable[[OrbitPoint], float], label: str) -> Plot:

@@ -78,7 +78,7 @@ def _modes(report: RotorReport) -> str:
 
 
 def _response(response: Sequence[Response]) -> str:
-    rows: list[Sequence[str]] = [("Unbalance response", "greatest", "at")]
+    rows: list[Sequence[str]] = [("Unbalance response", "maximum", "at")]
     for probe in response:
         greatest = probe.greatest
         if greatest is not None and greatest.major_m:
@@ -117,7 +117,7 @@ def _advice(advice: BalancingAdvice) -> str:
 def _run_up(runs: Sequence[RunUpMotion]) -> str:
     if not runs:
         return ""
-    rows: list[Sequence[str]] = [("Run in time", "greatest", "at")]
+    rows: list[Sequence[str]] = [("Run in time", "maximum", "at")]
     rows += [
         (_z(each.z_m), f"{UM.written(each.greatest_m):.4g} µm", f"{RPM.written(each.at_rad_s):.0f} rpm")
         for each in runs

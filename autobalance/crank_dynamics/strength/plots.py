@@ -57,5 +57,5 @@ def strength_plots(
         speeds = np.array([each.speed_rpm for each in known_at])
         least_safe = np.array([each.least.gough_pollard for each in known_at if each.least is not None])
         curve = plots.Curve("Gough and Pollard", speeds, least_safe)
-        drawn["safety-over-speed"] = plots.lines("Least safety", ("speed [1/min]", "safety"), [curve])
+        drawn["safety-over-speed"] = plots.lines("Minimum safety", ("speed [1/min]", "safety"), [curve])
     return drawn

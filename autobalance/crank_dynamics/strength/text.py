@@ -37,7 +37,7 @@ def strength_text(report: StrengthReport) -> str:
 def _fillets(rows: Sequence[FilletRow]) -> str:
     lines: list[Sequence[str]] = [
         ("Throw", "web", "fillet", "bending", "torsion", "factors", "equivalent", "bears", "Gough-Pollard",
-         "Goodman", "least at"),
+         "Goodman", "minimum at"),
     ]  # fmt: skip
     for row in rows:
         stress, factors, safety = row.fatigue.stress, row.factors, row.fatigue.safety
@@ -84,7 +84,7 @@ def _elements(elements: ThrowFillets) -> str:
 
 
 def _sweep(points: Sequence[StrengthAtSpeed]) -> str:
-    lines: list[Sequence[str]] = [("Speed", "least safety", "of", "M53", "vibration adds")]
+    lines: list[Sequence[str]] = [("Speed", "minimum safety", "of", "M53", "vibration adds")]
     for each in points:
         least, added = each.least, each.torsional_vibration.greatest_added_N_m
         lines.append(

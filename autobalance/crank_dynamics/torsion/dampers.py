@@ -248,7 +248,7 @@ def _tuned(
 def _bound(logs: Array, bounds: Sequence[tuple[float, float]]) -> str | None:
     """Return the bound of the search at which its result is."""
     for name, log, (low, high) in zip(("damping", "stiffness"), logs, bounds, strict=False):
-        for word, end in (("least", low), ("greatest", high)):
+        for word, end in (("least", low), ("maximum", high)):
             if abs(float(log) - end) < AT_BOUND:
                 return f"{word} {name}"
     return None

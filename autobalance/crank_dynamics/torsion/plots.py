@@ -50,7 +50,7 @@ def _run_up(found: RunUpFigures) -> Plot:
     steady = np.array([each.steady_torque_n_m[worst] for each in found.points], dtype=np.float64)
     curves = [Curve(f"run-up, {found.rate_rpm_s:g} rpm/s", speeds, passed), Curve("steady", speeds, steady)]
     title = f"Run-up: shaft {found.shafts[worst].between}"
-    return lines(title, ("speed [1/min]", "greatest torque [N·m]"), curves)
+    return lines(title, ("speed [1/min]", "maximum torque [N·m]"), curves)
 
 
 def _modes(report: TorsionReport) -> Plot:
@@ -78,7 +78,7 @@ def _modes(report: TorsionReport) -> Plot:
         )
         axes.set_xlabel("station")
 
-    return drawn("Torsional modes", "angle, greatest 1 [-]", draw)
+    return drawn("Torsional modes", "angle, maximum 1 [-]", draw)
 
 
 def _heat(dampers: Sequence[DamperFigures]) -> Plot:
@@ -127,6 +127,6 @@ def _torques(response: Sequence[OrderResponse], damping: Damping) -> Plot:
         torques = [max((t for t in point.torque_n_m if t is not None), default=0.0) for point in each.points]
         curves.append(Curve(f"order {each.order:g}", speeds, np.array(torques)))
     curves.sort(key=lambda curve: -float(curve.y.max()))
-    labels = ("speed [1/min]", "greatest torque [N·m]")
+    labels = ("speed [1/min]", "maximum torque [N·m]")
     title = "Torsional response, undamped: peaks have no limit" if damping.is_none else "Torsional response"
     return lines(title, labels, curves[:DRAWN_MODES])

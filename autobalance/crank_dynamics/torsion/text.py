@@ -35,7 +35,7 @@ def torsion_text(report: TorsionReport) -> str:
 def _run_up(found: RunUpFigures) -> str:
     low, high = RPM.written(found.from_rad_s), RPM.written(found.to_rad_s)
     head = f"Run-up from {low:g} to {high:g} rpm at {found.rate_rpm_s:g} rpm/s, {found.duration_s:.3g} s"
-    rows: list[Sequence[str]] = [("  Shaft", "greatest torque", "at", "steady", "at", "stress")]
+    rows: list[Sequence[str]] = [("  Shaft", "maximum torque", "at", "steady", "at", "stress")]
     for each in found.shafts:
         steady, at = each.steady_torque_n_m, each.steady_at_rad_s
         rows.append(
@@ -176,7 +176,7 @@ def _listed(critical: Sequence[CriticalOrder]) -> str:
 
 
 def _response(response: Sequence[OrderResponse]) -> str:
-    rows: list[Sequence[str]] = [("Order", "largest twist", "torque", "stress", "at")]
+    rows: list[Sequence[str]] = [("Order", "maximum twist", "torque", "stress", "at")]
     for each in response:
         known = [point for point in each.points if point.greatest_n_m is not None]
         if not known:

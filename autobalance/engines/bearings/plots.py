@@ -104,7 +104,7 @@ def _path(orbit: Orbits) -> Plot:
 
 def _thickness(orbit: Orbits) -> Plot:
     degrees = np.degrees(orbit.angle_rad)
-    curve = plots.Curve("least film", degrees, UM.times * orbit.film_m[:, 0])
+    curve = plots.Curve("minimum film", degrees, UM.times * orbit.film_m[:, 0])
     return plots.lines("Minimum film through the cycle", ("crank angle [°]", "film [µm]"), [curve])
 
 

@@ -85,8 +85,8 @@ def _film(report: BearingReport) -> list[str]:
     lines = _line("load", film.load_N, "N") + _line("eccentricity ratio", film.eccentricity_ratio, "")
     lines += _line("attitude angle", film.attitude_angle_rad, "°", DEGREES)
     lines += _line("Sommerfeld number", film.sommerfeld, "")
-    lines += _line("least film", film.least_film_m, "mm", MM)
-    lines += _line("greatest pressure", film.greatest_pressure_pa, "MPa", MPA)
+    lines += _line("minimum film", film.least_film_m, "mm", MM)
+    lines += _line("maximum pressure", film.greatest_pressure_pa, "MPa", MPA)
     lines += _line("side flow", film.side_flow_m3_s, "mm³/s", MM3_S)
     lines += _line("Petroff's moment", report.petroff_N_m, "N·m")
     matrices = (("stiffness", film.stiffness_N_m, "N/m"), ("damping", film.damping_N_s_m, "N·s/m"))
@@ -158,8 +158,8 @@ def _orbit(orbit: FilmOrbit | None) -> list[str]:
     if orbit.least_film_m is None:
         return ["Film through the cycle: it breaks"]
     lines = ["Film through the cycle"]
-    lines += _line("least film", orbit.least_film_m, "mm", MM) + _line("at", orbit.at_rad, "°", DEGREES)
-    lines += _line("greatest eccentricity ratio", orbit.greatest_eccentricity_ratio, "")
+    lines += _line("minimum film", orbit.least_film_m, "mm", MM) + _line("at", orbit.at_rad, "°", DEGREES)
+    lines += _line("maximum eccentricity ratio", orbit.greatest_eccentricity_ratio, "")
     lines += _line("mean friction moment", orbit.mean_friction_N_m, "N·m")
     if orbit.turns_to_settle is None:
         return [*lines, "  It does not repeat from cycle to cycle; the numbers are those of the last one"]

@@ -312,7 +312,7 @@ def _main(found: HeatedMains, number: int) -> MainBearingHeat:
 
 def _text(heat: CycleHeat) -> str:
     rows: list[Sequence[str]] = [
-        ("Heat of the main bearings", "temperature", "friction", "power", "to the oil", "least film")
+        ("Heat of the main bearings", "temperature", "friction", "power", "to the oil", "minimum film")
     ]
     for each in heat.main_journals:
         name = f"  main journal {each.number}"

@@ -142,7 +142,7 @@ def _text(found: DriveTable) -> str:
                 teeth,
             )
         )
-    mains: list[Sequence[str]] = [("Pull on the mains", "mean", "greatest", "greatest load", "without pull")]
+    mains: list[Sequence[str]] = [("Pull on the mains", "mean", "maximum", "maximum load", "without pull")]
     for main in found.main_journals:
         loads = main.mean_pull_n, main.greatest_pull_n, main.greatest_n, main.greatest_without_n
         mains.append((f"  main journal {main.number}", *(f"{load:.0f} N" for load in loads)))

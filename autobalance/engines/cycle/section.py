@@ -32,7 +32,7 @@ def _text(loads: LoadsWithGas) -> str:
         rows.append((f"  main journal {after.number}", *(f"{force:.0f} N" for force in forces)))
     frictions = (f"{each.friction_mean_n_m:.3f} N·m" for each in (loads.before, loads.after))
     rows.append(("  mean friction", *frictions, ""))
-    return table(rows) + f"\n  greatest load over the cycle at {_rpm(loads):g} rpm"
+    return table(rows) + f"\n  maximum load over the cycle at {_rpm(loads):g} rpm"
 
 
 def _rpm(loads: LoadsWithGas) -> float:

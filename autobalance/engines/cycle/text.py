@@ -140,7 +140,7 @@ CARRIED = {"knuckle pin": "knuckle pin of cylinder", "no bearing": "master rod w
 
 
 def _loads(loads: CycleLoads) -> str:
-    rows: list[Sequence[str]] = [("Load over the cycle", "greatest", "at", "mean")]
+    rows: list[Sequence[str]] = [("Load over the cycle", "maximum", "at", "mean")]
     for carried, name in (
         (loads.crankpins, "crankpin"),
         (loads.big_ends, "big end of cylinder"),
@@ -156,7 +156,7 @@ def _loads(loads: CycleLoads) -> str:
 
 
 def _factors(factors: Sequence[FactorLoads]) -> str:
-    head = ("Balance factor (ideal crank)", "greatest main", "mean main", "friction", "least film")
+    head = ("Balance factor (ideal crank)", "maximum main", "mean main", "friction", "minimum film")
     rows: list[Sequence[str]] = [head]
     for row in factors:
         rows.append(
@@ -172,7 +172,7 @@ def _factors(factors: Sequence[FactorLoads]) -> str:
 
 
 def _sweep(points: Sequence[SweepRow]) -> str:
-    head = ("Speed", "factor", "greatest main", "mean main", "friction", "torque", "least film")
+    head = ("Speed", "factor", "maximum main", "mean main", "friction", "torque", "minimum film")
     rows: list[Sequence[str]] = [head]
     for row in points:
         rows.append(
@@ -190,7 +190,7 @@ def _sweep(points: Sequence[SweepRow]) -> str:
 
 
 def _counterweights(proposals: Sequence[ThrowCounterweight]) -> str:
-    head = ("Counterweight of least reaction", "anywhere", "at", "leaves", "opposite", "leaves", "factor")
+    head = ("Counterweight of minimum reaction", "anywhere", "at", "leaves", "opposite", "leaves", "factor")
     rows: list[Sequence[str]] = [head]
     for row in proposals:
         rows.append(
@@ -208,7 +208,7 @@ def _counterweights(proposals: Sequence[ThrowCounterweight]) -> str:
 
 
 def _key_figures(figures: KeyFigureTable) -> str:
-    rows: list[Sequence[str]] = [("Key figures", "throttle response", "greatest speed", "greatest torque")]
+    rows: list[Sequence[str]] = [("Key figures", "throttle response", "maximum speed", "maximum torque")]
     lines = [(f"factor {row.factor:g}", row.figures) for row in figures.factor]
     lines += [(f"inertia × {row.share:g}", row.figures) for row in figures.inertia]
     lines += [(f"reciprocating × {row.share:g}", row.figures) for row in figures.reciprocating_mass]

@@ -92,7 +92,7 @@ def weight_figures(cycle: CycleAnalysis, job: Job, crank: Crank) -> WeightFigure
 
 def _text(found: WeightFigures) -> str:
     has_films = any(each.least_film_without_mm is not ABSENT for each in found.main_journals)
-    head = ("Weight on the mains", "crank", "rods, pistons", "greatest load", "without weight")
+    head = ("Weight on the mains", "crank", "rods, pistons", "maximum load", "without weight")
     rows: list[Sequence[str]] = [(*head, *(["film without"] if has_films else []))]
     for each in found.main_journals:
         loads_n = each.crank_n, each.greatest_rods_n, each.greatest_n, each.greatest_without_n

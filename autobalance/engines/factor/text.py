@@ -9,7 +9,7 @@ from autobalance.engines.factor.answer import Candidate, FactorReport, Reach
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.tables import table
 
-NAMES = {"least_peak": "least peak force"}
+NAMES = {"least_peak": "smallest peak force"}
 OUTCOMES = {
     "already_within_tolerance": "as it is",
     "within_tolerance": "within",

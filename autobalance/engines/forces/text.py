@@ -137,7 +137,7 @@ def _roll(report: ForcesReport) -> str:
 def orders_table(orders: Sequence[ForceOrder]) -> str:
     """Return the orders that shake, in columns."""
     rows: list[Sequence[str]] = [
-        ("  Order", "along x", "along y", "greatest", "forward", "backward", "moment")
+        ("  Order", "along x", "along y", "maximum", "forward", "backward", "moment")
     ]
     for order in orders:
         if order.greatest_force_n < LEAST_SHOWN_N and order.greatest_moment_n_m < LEAST_SHOWN_N:
@@ -155,7 +155,7 @@ def orders_table(orders: Sequence[ForceOrder]) -> str:
 
 
 def _loads(loads: InertiaLoads) -> str:
-    rows = [("  Load over a turn", "greatest", "mean")]
+    rows = [("  Load over a turn", "maximum", "mean")]
     for main in loads.main_bearings:
         name = f"  main bearing {main.number} (z {main.z_mm:.1f} mm)"
         rows.append((name, f"{main.greatest_n:.0f} N", f"{main.mean_n:.0f} N"))
@@ -198,7 +198,7 @@ def _big_end(cylinder: CylinderLoads) -> str:
 
 def _advice(advice: FactorAdvice) -> str:
     rows: list[Sequence[str]] = [
-        ("Balance factor", "greatest", "along", "across", "rms", "moment", "of order 1", "at end mains")
+        ("Balance factor", "maximum", "along", "across", "rms", "moment", "of order 1", "at end mains")
     ]
     for row in advice.rows:
         sizes = (row.greatest_n, row.greatest_inline_n, row.greatest_transverse_n, row.rms_n)
@@ -212,7 +212,7 @@ def _advice(advice: FactorAdvice) -> str:
         f"  minimum force across cylinder 1: {_factor(advice.least_transverse)}",
         f"  for a mount that takes force across {advice.transverse_weight:g} times as badly as along: "
         + _factor(advice.for_mount),
-        f"  least greatest moment: {_factor(advice.least_moment)}",
+        f"  smallest maximum moment: {_factor(advice.least_moment)}",
         "  force and couple together, minimum of the largest force at the outermost mains: "
         + _factor(advice.least_in_planes),
     ]

@@ -330,7 +330,7 @@ def _plots(case: Request, engines: dict[str, Engine], engine: Engine, factors: l
                 for factor, force in by_factor.items()
             ],
         ),
-        "orders": plots.bars(f"Shaking force by order {at}", "greatest force [N]", whole, heights),
+        "orders": plots.bars(f"Shaking force by order {at}", "maximum force [N]", whole, heights),
     }
     mains = engine_from_job.mains_z_mm(case.crank.anatomy)
     if len(mains) < 2:

@@ -249,7 +249,7 @@ def _plots(orders: list[ForceOrder], left: list[ForceOrder], rpm: float, *, has_
     if has_shafts:
         groups["with the job's shafts"] = heights(left)
     title = f"Shaking force by order at {rpm:g} rpm"
-    return {"shafts-orders": plots.bars(title, "greatest force [N]", whole, groups)}
+    return {"shafts-orders": plots.bars(title, "maximum force [N]", whole, groups)}
 
 
 def _roll_plot(report: ShaftsReport) -> Drawn:

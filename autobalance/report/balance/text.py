@@ -246,7 +246,7 @@ def _forces(report: Values) -> str:
     before, after = (_first_order(forces[key]) for key in ("before", "after"))
     keys = ("greatest_force_n", "forward_n", "backward_n")
     rows: list[Sequence[str]] = [("First order", "before", "after")]
-    for key, name in zip(keys, ("greatest", "with the crank", "against it"), strict=True):
+    for key, name in zip(keys, ("maximum", "with the crank", "against it"), strict=True):
         rows.append((f"  {name}", f"{before[key]:.0f} N", f"{after[key]:.0f} N"))
     if forces["after"]["greatest_n"] is not None:
         rows.append(("  all orders", *(f"{forces[key]['greatest_n']:.0f} N" for key in ("before", "after"))))

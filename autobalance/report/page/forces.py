@@ -11,15 +11,15 @@ from autobalance.wording import at
 NEGLIGIBLE_ORDER = 0.05
 """Forces [N] and moments [N·m] of orders below it would show as 0.0, and are left out."""
 FORCES = {
-    "greatest_n": "Greatest force, N",
+    "greatest_n": "Maximum force [N]",
     "greatest_inline_n": "Largest force along x, N",
     "greatest_transverse_n": "Largest force along y, N",
 }
 ORDER_FORCES = {
     "force_x_n": "along x, N",
     "force_y_n": "along y, N",
-    "greatest_force_n": "greatest, N",
-    "greatest_moment_n_m": "greatest moment, N·m",
+    "greatest_force_n": "maximum [N]",
+    "greatest_moment_n_m": "maximum moment [N·m]",
 }
 
 

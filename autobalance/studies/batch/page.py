@@ -73,7 +73,7 @@ def _histogram(shares: Sequence[float]) -> str:
     )
     return (
         f'<svg viewBox="0 0 {LEFT + WIDTH + 10} {floor + BELOW}" width="{LEFT + WIDTH + 10}" role="img" '
-        f'aria-label="histogram of the greatest share used">{bars}'
+        f'aria-label="histogram of the largest share used">{bars}'
         f'<path d="M{LEFT} 10V{floor}H{LEFT + WIDTH}" fill="none" stroke="#222"/>'
         f'<line x1="{limit:.1f}" x2="{limit:.1f}" y1="10" y2="{floor}" stroke="#c00" stroke-dasharray="6 4"/>'
         f'<text x="{LEFT - 6}" y="18" text-anchor="end">{most}</text>'

@@ -24,7 +24,7 @@ def engine_bench_text(report: EngineBenchReport) -> str:
 
 
 def _at(variants: Sequence[BenchVariant], place: int, speed_rpm: float) -> str:
-    head = (f"At {speed_rpm:g} rpm", "factor", "inertia", "acceleration", "greatest main", "mean main")
+    head = (f"At {speed_rpm:g} rpm", "factor", "inertia", "acceleration", "maximum main", "mean main")
     rows: list[Sequence[str]] = [(*head, "torque", "from", "to", "friction")]
     for each in variants:
         point, factor = each.points[place], each.balance_factor

@@ -12,7 +12,7 @@ from autobalance.report.tables import table
 if TYPE_CHECKING:
     from autobalance.test_stands.influence.answer import InfluenceReport, PlaneCorrection
 
-GOALS = {"least_squares": "least squares", "least_worst": "least worst reading"}
+GOALS = {"least_squares": "least squares", "least_worst": "smallest worst reading"}
 
 
 def influence_text(report: InfluenceReport, units: DisplayUnits) -> str:

@@ -22,7 +22,10 @@ def reading_toml(report: MachineReport) -> str:
         lines.append(f"speed_rpm = {report.input['speed_rpm']!r}")
     if report.bob_weights_g is not None:
         lines.append(f"bob_weights_g = [{', '.join(repr(each) for each in report.bob_weights_g)}]")
-    for key, what in (("urr_percent", "unbalance reduction ratio"), ("umar_g_mm", "least residual")):
+    for key, what in (
+        ("urr_percent", "unbalance reduction ratio"),
+        ("umar_g_mm", "minimum achievable residual"),
+    ):
         value = reading[key]
         lines.append(f"# {key}: {what} of the machine, to fill in" if value is None else f"{key} = {value!r}")
     lines += [

@@ -130,7 +130,7 @@ class Panel:
             self.advice.setText(str(error))
             return
         self.advice.setText(
-            translate("least first order %.3f, least greatest force %.3f")
+            translate("smallest first order %.3f, smallest maximum force %.3f")
             % (factors["least_first_order"], factors["least_greatest"])
         )
         self.picture.setPixmap(curve_picture(factors, self.crank.Factor))

@@ -88,7 +88,7 @@
         <translation type="unfinished"></translation>
     </message>
     <message>
-        <source>least first order %.3f, least greatest force %.3f</source>
+        <source>smallest first order %.3f, smallest maximum force %.3f</source>
         <translation type="unfinished"></translation>
     </message>
     <message>

@@ -88,7 +88,7 @@
         <translation>Untersuchen</translation>
     </message>
     <message>
-        <source>least first order %.3f, least greatest force %.3f</source>
+        <source>smallest first order %.3f, smallest maximum force %.3f</source>
         <translation>kleinste erste Ordnung %.3f, kleinste größte Kraft %.3f</translation>
     </message>
     <message>
