@@ -1,9 +1,9 @@
 """What reading a file gave, kept from run to run in the user's cache folder.
 
-An entry is one file, named by the digest of what it depends on: the file's content, what is asked of it, this
-program and its libraries. It is written under a temporary name and renamed, begins with the digest of its
-content, and is read anew where that does not fit. Without a cache the value takes the same way through bytes,
-so that results are the same to the bit.
+An entry is one file, named by the digest of its inputs: the file's content, the request, this program and its
+libraries. It is written under a temporary name and renamed. It begins with the digest of its content, and the
+value is computed again if that does not fit. Without a cache the value takes the same way through bytes, so
+that results are the same to the bit.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def digest_of(value: object) -> str:
 
 
 def limit_bytes() -> float:
-    """Return how much the cache may hold: ``AUTOBALANCE_CACHE_MB``, else 1 GB; 0: nothing is kept.
+    """Return the limit of the cache: ``AUTOBALANCE_CACHE_MB``, else 1 GB; 0 turns it off.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def limit_bytes() -> float:
 
 @contextmanager
 def without_cache() -> Iterator[None]:
-    """Read everything anew inside the block, in processes that it starts too."""
+    """Turn the cache off inside the block, also in processes that it starts."""
     before = os.environ.get(LIMIT_VARIABLE)
     os.environ[LIMIT_VARIABLE] = "0"
     try:
@@ -125,7 +125,7 @@ def _path(kind: str, key: str) -> Path:
 
 @cache
 def program() -> str:
-    """Return what stands for this program and its libraries: versions, and the state of its own files."""
+    """Return the identity of this program and its libraries: versions, and the state of its files."""
     root = Path(__file__).parent
     files = sorted(
         (each.relative_to(root).as_posix(), (stat := each.stat()).st_size, stat.st_mtime_ns)
@@ -152,7 +152,7 @@ def _read(path: Path) -> memoryview:
     Raises
     ------
     OSError
-        If there is none.
+        If the entry is missing.
     CodecError
         If it is spoilt.
     """

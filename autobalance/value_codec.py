@@ -1,6 +1,6 @@
 """Values as bytes and back to the bit: dataclasses, tuples and arrays, without pickles.
 
-The bytes are a NumPy archive of the arrays with a JSON text that says how they belong together. Only
+The bytes are a NumPy archive of the arrays with a JSON text of their structure. Only
 dataclasses and named tuples of this package are made again, so that bytes of a stranger can run nothing.
 
 Classes that hold what is neither (a kernel's body) have ``to_plain()``, which returns values of the kinds
@@ -30,7 +30,7 @@ MANY: dict[str, Any] = {"t": tuple, "l": list, "s": frozenset}
 
 
 BROKEN = (ValueError, LookupError, TypeError, AttributeError, ImportError, OSError, EOFError, BadZipFile)
-"""What bytes that are no archive, or an archive of something else, end in."""
+"""Errors from bytes that are not an archive, or an archive of something else."""
 
 
 class CodecError(ValueError):
@@ -71,7 +71,7 @@ def from_bytes(data: bytes | memoryview) -> Any:
     Raises
     ------
     CodecError
-        If they hold none.
+        If they do not hold a plan.
     """
     return read(io.BytesIO(data))
 
@@ -99,9 +99,9 @@ def read(stream: IO[bytes]) -> Any:
 class _Encoder:
     """Plans of values; arrays and objects that occur twice are kept once, and are one object again.
 
-    A plan is a plain value of JSON, or a table of one kind: ``a`` array, ``g`` NumPy number, ``b`` bytes,
-    ``q`` text with quantities, ``t`` tuple, ``l`` list, ``s`` frozen set, ``d`` mapping, ``n`` named tuple,
-    ``c`` dataclass, ``p`` class with ``to_plain``, ``r`` an object that came before.
+    A plan is a plain value of JSON, or a table of one kind. For values these are ``a`` array, ``g`` NumPy
+    number, ``b`` bytes, ``q`` text with quantities, ``t`` tuple, ``l`` list, ``s`` frozen set, ``d`` mapping.
+    For objects: ``n`` named tuple, ``c`` dataclass, ``p`` class with ``to_plain``, ``r`` an earlier object.
     """
 
     def __init__(self) -> None:

@@ -181,8 +181,8 @@ class _Metal:
         """Return the length of metal in each column (n,) between two heights z₁ and z₂.
 
         A section between them shows the columns that are in the metal there. Above it up to z₂, and below it
-        down to z₁, a column that leaves the metal subtracts the length beyond, and one that enters adds it:
-        (z₂ − z₁) inside + Σ ± (z − z₂) above + Σ ± (z − z₁) below.
+        down to z₁, a column that leaves the metal subtracts the length beyond, and one that enters adds it.
+        The sum is (z₂ − z₁) inside + Σ ± (z − z₂) above + Σ ± (z − z₁) below.
         """
         low, high = ends_mm
         amid = low + OFF_GRID * (high - low)

@@ -20,7 +20,7 @@ RUNS = "runs"
 APP_FOLDER = ".app"
 """Files that the page needs besides those of the commands: meshes for its view, runs' states."""
 STATE = "run.json"
-"""What is kept of a run: its verb, its request, when it was begun and how it ended."""
+"""File of a run: its verb, its request, its start and its end."""
 ABOVE_EXIT_CODE = 4
 """Exit code of a run whose result is above tolerance."""
 RUN_ID = re.compile(r"[0-9a-f]{12}")

@@ -39,7 +39,7 @@ ENDED_STATES = ("done", "failed", "cancelled")
 MOST_CHANGES = 20
 """Changed keys of the job that a run lists."""
 OF_NO_CUT = ("job", "shop.name", "shop.logo", "shop.units")
-"""Keys of a job, and tables, that stand on papers alone: changed, a result is still the job's."""
+"""Keys and tables of a job that appear on sheets only: after a change a result still belongs to the job."""
 PRELOADED_MODULES = (
     "autobalance.browser.preload",
     "PIL.ImageDraw",
@@ -120,7 +120,7 @@ class Runs:
         return None if run is None else run.asked
 
     def job(self, run_id: str) -> dict[str, Any] | None:
-        """Return the job that made a run's result; None where there is no such run, or none is known."""
+        """Return the job that made a run's result; None if the run or its job is unknown."""
         run = self._runs.get(run_id)
         return None if run is None else self._made_of(run)
 

@@ -176,7 +176,7 @@ def say_result(
     warnings : iterable of str
         Lines for standard error.
     page : Path or None
-        Page for the browser; None: there is none.
+        Page for the browser; None if the command writes no page.
     opens : bool
         Open the page in the browser.
     """

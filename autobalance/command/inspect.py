@@ -203,7 +203,7 @@ def _table(arguments: argparse.Namespace) -> TableOptions | None:
 
 
 def _of_a_file(path: Path, keywords: Keywords, settings: Sequence[str]) -> Keywords:
-    """Return the options as ``read_crank`` takes them; what ``--set`` says has no default."""
+    """Return the options as ``read_crank`` takes them; keys that ``--set`` sets get no default."""
     from autobalance.solid.formats.registry import names_bodies
 
     density = keywords["density_kg_m3"]

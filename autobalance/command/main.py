@@ -174,7 +174,7 @@ def _run(arguments: list[str], is_alone: bool) -> int:
 
 
 def _cache_of(arguments: argparse.Namespace) -> AbstractContextManager[None]:
-    """Return what turns the cache off where the command line asks for that."""
+    """Return a context that turns the cache off if the command line has ``--no-cache``."""
     if not getattr(arguments, "no_cache", False):
         return nullcontext()
     from autobalance.disk_cache import without_cache
@@ -200,7 +200,7 @@ class Parser(argparse.ArgumentParser):
 
 
 OTHER_NAMES = {"version": "--version", "gui": "app", "web": "app", "new": "init"}
-"""What is typed in the place of a command elsewhere, and what it is called here."""
+"""Names of commands in other programs, and their names here."""
 
 
 def _as_called_here(arguments: list[str]) -> list[str]:

@@ -242,7 +242,7 @@ class Verb(NamedTuple):
         return {**keywords, "job": job_given(name, source, options, settings, folder, more_open)}
 
     def job_file(self, keywords: Keywords) -> dict[Path, bytes]:
-        """Return the file of the job that options stood for, where none is there."""
+        """Return the job file that the options stand for, if it does not exist yet."""
         if not self.of_crank:
             return {}
         from autobalance.job import Job

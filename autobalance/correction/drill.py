@@ -196,8 +196,8 @@ class Drill(HoleKind[DrillLimits]):
     def offer(self, work: Workpiece, limits: DrillLimits, search_level: int) -> Candidates:
         """Return the holes that a job's limits allow, which keep a spacing and are limited in number.
 
-        None without an error where no web has a counterweight: the crank is measured and judged all the same,
-        and wider zones are tried.
+        None without an error if no web has a counterweight: the crank is still measured and judged, and wider
+        zones are tried.
         """
         zoned = limits.zone == "counterweights" and limits.positions is None
         if zoned and lacks_counterweights(work.anatomy):

@@ -48,11 +48,11 @@ def started(folder: Path, job_file: Path, lines: TextIO, out: TextIO, balance: C
     Parameters
     ----------
     folder : Path
-        Where crank files are looked for.
+        Folder that is searched for crank files.
     job_file : Path
-        Where the answers are kept, and taken up again.
+        File of the answers, from which a dialogue continues.
     lines, out : text streams
-        Answers, one a line, and what is printed.
+        Answers, one a line, and the printed text.
     balance : callable
         Takes the finished job, balances it, prints the verdict and returns the exit code.
 

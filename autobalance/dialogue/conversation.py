@@ -23,19 +23,19 @@ UNKNOWN = ("don't know", "dont know", "unknown")
 
 
 class AnswerError(Exception):
-    """An answer that cannot be used; its text says why."""
+    """An answer that cannot be used; its text is the reason."""
 
 
 @dataclass
 class Talk:
-    """What has been answered, as tables of a job, and what is known of its crank.
+    """Answers so far, as tables of a job, and facts of its crank.
 
     Attributes
     ----------
     folder : Path
-        Where cranks are looked for.
+        Folder that is searched for cranks.
     job_file : Path
-        Where the answers are kept.
+        File of the answers.
     tables : dict
         Keys of the job that were answered.
     open : list of str
@@ -43,7 +43,7 @@ class Talk:
     done : set of str
         Names of the questions that were answered.
     facts : dict
-        What was found out between questions, such as the measured crank.
+        Results found between questions, such as the measured crank.
     """
 
     folder: Path
@@ -130,7 +130,7 @@ class Question:
     applies : callable
         Whether it is asked.
     keys : tuple of str
-        Keys that are there once it was answered.
+        Keys that its answer sets.
     may_be_unknown : bool
         Whether "don't know" is an answer.
     """
@@ -186,7 +186,7 @@ def wrapped(lines: Sequence[str]) -> str:
 
 
 def mark_taken_up(talk: Talk, questions: Sequence[Question]) -> None:
-    """Count questions without keys as answered that stand before one whose keys are there."""
+    """Count questions without keys as answered if a later question has its keys."""
     last = max((n for n, each in enumerate(questions) if each.keys and each.is_answered(talk)), default=-1)
     talk.done |= {each.name for each in questions[: max(last, 0)] if not each.keys}
 

@@ -18,7 +18,7 @@ from autobalance.toml_files.typed_units import FILL_IN
 from autobalance.user_folders import SHOP_FILE
 
 Options = Mapping[str, Any]
-"""What was typed or passed, by the names of `KEYS`; None: it was not."""
+"""Options by the names of `KEYS`; None if an option was left out."""
 
 KEYS: Final[Mapping[str, str]] = {
     "unit": "crankshaft.unit",
@@ -129,7 +129,7 @@ def tables_of_options(options: Options, settings: Sequence[str] = ()) -> dict[st
     UsageError
         If two options exclude each other.
     JobError
-        If a number has signs for thousands, or a setting is none.
+        If a number has thousands separators, or a setting is not ``KEY=VALUE``.
     """
     found = given(options)
     if "density_kg_m3" in found and "material" in found:

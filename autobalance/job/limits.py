@@ -178,7 +178,7 @@ def _attributes(text: str) -> Iterator[tuple[str, str]]:
 
 
 class ShopTools(NamedTuple):
-    """Equipment of a shop, used if a job names none.
+    """Equipment of a shop, the default for jobs without their own.
 
     ``drills`` are in the form of ``[correction.drill] series``; ``in_inches`` is whether its machines are set
     in inches.

@@ -63,7 +63,7 @@ class Job:
 
     ``original`` are the parts the crank was balanced for, or None. ``methods`` are the kinds of correction,
     in the job's order; ``prefer`` is what their plan spares. ``raw`` is the TOML as read, for the report.
-    ``depth_tolerance_mm`` is by how much the depth of a cut may be off, None where the job does not say.
+    ``depth_tolerance_mm`` is the tolerance of a cut's depth, None if the job has no tolerance.
     ``settings`` are the keys that were set from outside, as given.
     ``filled`` are the tables as the report has them, defaults filled in.
     ``keep`` is the report whose cuts are kept, or its values. ``cuts`` are those that are made
@@ -165,7 +165,7 @@ STAND_INS: Mapping[str, Any] = {
     "balance.speed_rpm": 1000.0,
     "correction.method": "drill",
 }
-"""Key that a verb may do without → a value that stands in for it while the other keys are checked."""
+"""Key that a verb may do without → a placeholder for it while the other keys are checked."""
 
 
 def load(path: str | Path, settings: Sequence[str] = (), may_lack: Collection[str] = ()) -> Job:

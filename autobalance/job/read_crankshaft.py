@@ -47,7 +47,7 @@ CRANKSHAFT = Key(
             "unit",
             LengthUnit,
             "length unit of the file; required for STL, OBJ, PLY, OFF and XAML, which store no unit, and for "
-            "COLLADA that states none; in other formats another unit is an error",
+            "COLLADA without a unit; in other formats another unit is an error",
             default=None,
         ),
         *density_keys("the crank"),

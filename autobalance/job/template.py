@@ -97,7 +97,7 @@ def job_rows(crank: RecognisedCrank) -> list[Row]:
 
 
 def _with_value(rows: list[Row], key: str, value: Any) -> list[Row]:
-    """Return rows in which a key has a value; the sum of all weights stands in place of those to fill in."""
+    """Return rows in which a key has a value; the sum of all weights replaces those to fill in."""
     table, _, name = key.rpartition(".")
     if name == "all":
         first = next((place for place, row in enumerate(rows) if row.key.startswith(f"{table}.")), None)

@@ -1,9 +1,8 @@
 """Tolerances of the cuts, from the effect of each error of a cut on the unbalance.
 
 Usual workshop accuracies are scaled by one factor. If all errors of all cuts are at their limits in the worst
-direction, they use at most half of the unused permissible value (the sum of their magnitudes, in the
-resultant and in each plane that is judged). Independent errors use less: the root of the sum of their
-squares.
+direction, they use at most half of the unused permissible value. That is the sum of their magnitudes, in the
+resultant and in each judged plane. Independent errors use less: the root of the sum of their squares.
 """
 
 from __future__ import annotations

@@ -72,8 +72,8 @@ def lightest_set(
     (n,) float or None
         Depths near their best; None if nothing was found.
     float
-        Smallest weight of the sets that were not tried [g]; of those tried the set is lightest to about 0.5
-        %, since the aim leaves some slack that the search leaves out.
+        Smallest weight of the sets that were not tried [g]. The result is the lightest of the tried sets to
+        about 0.5 %, since the search leaves out some slack of the aim.
     """
     fewest = math.ceil(_count_at_least(residual, tolerance, candidates))
     if fewest > MOST_CUTS:

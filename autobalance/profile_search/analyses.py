@@ -26,7 +26,7 @@ SAME_PLACE = 1e-3
 def analysed_next(
     findings: SearchResult, rows: Sequence[Candidate], number: int, workers: Workers
 ) -> tuple[Analysed, ...]:
-    """Return finite-element results of the designs of a generation that are least certain in the model.
+    """Return finite-element results of the most uncertain designs of a generation.
 
     Half of the analyses are of the first generation, spread over it; the others of the designs that look
     best by the model so far, as many in each generation.

@@ -32,7 +32,7 @@ def plain_table(rows: Rows) -> str:
 def fitted_table(rows: Rows, width: int) -> str:
     """Return rows in columns no wider than a number of characters, all cells broken between words only.
 
-    Columns that find no room beside the first follow below as a table of their own, with the first again.
+    Columns without room next to the first follow below as a separate table, with the first column again.
     """
     rows = [[glued(cell) for cell in row] for row in rows]
     natural = [max(len(row[place]) for row in rows) for place in range(len(rows[0]))]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 GLUE = "\ue000"
-"""Stands for a space at which no line is broken; a private character, which no text has of its own."""
+"""Placeholder of a space at which no line is broken: a private character, which no text contains."""
 UNITS = (
     "mm|mm²|mm³|cm|m|in|in²|in³|g|kg|oz|lb|g·mm|g·m|g·in|oz·in|kg·mm|g·mm²|oz·in²|kg·mm²|lb·in²|kg/m³|N|kN|N·m"
     "|rpm|krpm|s|ms|min|Hz|%|MPa|GPa|mm/s|mm/s²|MB|GB|°C|K|W|J|g·mm/mm|oz·in/in|N/mm|N/µm|µm|kg·m²"

@@ -1,8 +1,8 @@
 """The forces of one cylinder's reciprocating and rotating masses, as the textbooks write them.
 
-Positive is towards top dead centre. With counterweights for a share f of the reciprocating mass and all of
-the rotating, the rest of the first order is F_in-line = (1 − f) m_rec r ω² cos θ and F_transverse = −f m_rec
-r ω² sin θ. This is an ellipse, or two circles, forward (½ − f) and backward ½.
+Positive is towards top dead centre. Counterweights may balance a share f of the reciprocating mass and all
+of the rotating mass. The rest of the first order is then F_in-line = (1 − f) m_rec r ω² cos θ and
+F_transverse = −f m_rec r ω² sin θ. This is an ellipse, or two circles, forward (½ − f) and backward ½.
 """
 
 from __future__ import annotations

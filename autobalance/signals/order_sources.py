@@ -49,7 +49,7 @@ def _strokes(job: Job) -> int | None:
 
 
 LEAST_PULL = 1e-3
-"""Share of the mean pull of a drive below which one of its orders is no source."""
+"""Share of the mean pull of a drive below which one of its orders is not a source."""
 
 
 def pull_sources(analysis: CycleAnalysis) -> list[Source]:

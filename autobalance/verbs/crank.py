@@ -268,7 +268,7 @@ def read_crank(
     path : path
         Crank file, in any format that docs/job-file.md lists.
     unit : {"mm", "cm", "m", "inch"} or None
-        Length unit of the crank file, if its format carries none; None: the format's, required if it has no
+        Length unit of the crank file, if its format has no unit; None: the format's, required if it has no
         unit.
     density_kg_m3 : float
         Density [kg/m³].

@@ -68,7 +68,7 @@ def options_of_crank(
     Parameters
     ----------
     unit : {"mm", "cm", "m", "inch"} or None
-        Unit of length, required if the format has none; None: the format's.
+        Unit of length, required if the format has no unit; None: the format's.
     density_kg_m3 : float or str or None
         Density [kg/m³], required unless the material is named.
     material : str or None
@@ -76,8 +76,8 @@ def options_of_crank(
     rotating_g, reciprocating_g : float or str or None
         Rotating or reciprocating mass of one rod, in g, or with its unit as 4.7 oz.
     crankpin_g : float or str or None
-        Mass of the crankpin, for a pressed-up crank whose file has none, in g or with
-        its unit.
+        Mass of the crankpin in g or with its unit, for a pressed-up crank whose file has
+        no crankpin.
     rods_per_throw : int or None
         Number of rods on each crankpin; None: 1.
     stroke_mm : float or str or None
@@ -132,7 +132,7 @@ def job_given(
     source : Job, path or dict
         Job, or the file of a crank.
     options : mapping
-        Those of ``options_of_crank``.
+        Options of ``options_of_crank``.
     settings : sequence of str
         Keys of the job to set.
     folder : path or None
@@ -184,7 +184,7 @@ def job_of_tables(
 
 
 def crankshaft_of_tables(crank: Path, said: Mapping[str, Any]) -> Crankshaft:
-    """Return a crank's file with its keys; whether it holds the crankpins is left open unless it is said."""
+    """Return a crank's file with its keys; whether it holds the crankpins is left open unless stated."""
     named = {"file": str(crank), **said}
     read_as = read_crankshaft(in_base_units({"crankshaft": named})["crankshaft"], Path())
     if "crankpin_in_file" in said:
@@ -243,7 +243,7 @@ def refuse_changed(job: Job, folder: Path) -> None:
     Raises
     ------
     FileError
-        If one is there.
+        If the job file exists.
     """
     place = folder / JOB_NAME
     if job.unwritten is not None and was_changed(place):

@@ -39,8 +39,8 @@ class TableOptions:
     ----------
     datum : float or str
         Plane about which couples count: z in the rotor frame [mm], or a length with its unit. ``"A"`` or
-        ``"B"`` is a tolerance plane; ``"front"`` or ``"rear"`` is the end of the crank of smallest or largest
-        z; ``"centre"`` is the centre of mass.
+        ``"B"`` is a tolerance plane. ``"front"`` or ``"rear"`` is the end of the crank of smallest or largest
+        z. ``"centre"`` is the centre of mass.
     oil_density_kg_m3 : float or None
         Of the oil that fills bores and drillings; None: the job's, ``[engine.oil]``, if it has any.
     """
@@ -82,11 +82,11 @@ def weighed_table(
 
 
 class Loaded(NamedTuple):
-    """What a job hangs on its crank.
+    """Parts that a job adds to its crank.
 
-    ``table`` is the crank with all of it, None without a job that says what permits; ``present`` the balance
-    factor that the crank has with these parts, None if its throws cancel, absent without weights;
-    ``warnings`` say why not.
+    ``table`` is the crank with all of them, None if the job has no permissible unbalance. ``present`` is the
+    balance factor of the crank with these parts: None if its throws cancel, absent without weights.
+    ``warnings`` are the reasons.
     """
 
     table: SectionTable | None = None
@@ -95,7 +95,7 @@ class Loaded(NamedTuple):
 
 
 def loaded(crank: Crank, source: Crank | Job | str | Path, settings: Sequence[str]) -> Loaded:
-    """Return a job's crank with what hangs on it; nothing if no job was given, or its weights are missing.
+    """Return a job's crank with its parts; nothing if no job was given, or its weights are missing.
 
     What is wrong with the job's other tables is a warning: a crank can be inspected without them.
     """

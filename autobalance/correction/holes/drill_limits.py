@@ -40,11 +40,11 @@ class DrillLimits(Limits):
     direction : "radial" or "axial"
         Into the rim, towards the axis; or into the web, along the axis.
     diameters_mm : tuple of float or None
-        Drills available, all of which are tried; None: the program picks from ``series``.
+        Drills available; the plan tries them all; None: the program picks from ``series``.
     series : "mm", "inch", "letter" or "number", or tuple of these and diameters, or None
-        Drills from which the program picks: "mm" (whole and half millimetres 4 to 25), "inch" (fractions 1/8
-        to 1), "letter" (A to Z), "number" (60 to 1), or a list of these and of diameters; None: the shop's
-        drills, else "mm".
+        Drills from which the program picks, or a list of these and of diameters: "mm" (whole and half
+        millimetres 4 to 25), "inch" (fractions 1/8 to 1), "letter" (A to Z), "number" (60 to 1); None: the
+        shop's drills, else "mm".
     max_drills : int
         Different drills in one plan, at most.
     point_angle_deg : float
@@ -66,8 +66,8 @@ class DrillLimits(Limits):
         them as suffice get the same drill and one stop depth if that keeps the tolerance. An existing blind
         hole is deepened; ``zone`` is not used.
     zone : "counterweights", "web" or "anywhere"
-        The counterweight, as far as its rim's arc extends and down to the main journals' fillets; the half of
-        any web away from the crankpin; or all of any web.
+        The counterweight, as far as its rim's arc extends and down to the main journals' fillets, the half of
+        any web away from the crankpin, or all of any web.
     max_obliquity_deg : float
         Between a hole's axis and the normal of the surface that it enters: a drill runs off a slanted one.
     min_step_mm : float

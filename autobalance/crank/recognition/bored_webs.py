@@ -35,7 +35,7 @@ THROUGH_SHARE = 0.5
 ARC_ROUND = 2e-3
 """Corners of an arc about a bore are equally far from it except for this share."""
 MAX_FACET_RATIO, MIN_ARC_FACETS = 0.8, 3
-"""Largest length of its facets as a share of its radius, and their least number: a plate's edges are long."""
+"""Largest length of its facets as a share of its radius, and minimum number: a plate's edges are long."""
 MIN_ARC_RAD = 0.7
 """A hub, a boss or a rim goes round a bore by at least this angle."""
 END_RATIO = 1.2

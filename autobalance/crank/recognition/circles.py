@@ -39,7 +39,7 @@ HELD_TRIALS, HELD_STRIDES = 48, (3, 7, 11)
 """Circles tried through three corners a third, a seventh and an eleventh of such an outline apart."""
 
 CREST, CREST_SHARE = 2.0, 0.1
-"""Of a rough outline up to this share may be off by so many times what the rest is: waves of σ = 0.05 mm."""
+"""Largest distance of the crests of a rough outline over that of the rest, and their share: σ = 0.05 mm."""
 
 MAX_LENGTH_RATIO = 1.75
 """Largest length of an outline over its width. A circle with ``LEAST_COVER`` of its arc left, all of it
@@ -66,7 +66,7 @@ def distances(points: Array, centre: Array) -> Array:
 
 
 def all_within(off_mm: Array, exact_mm: float, rough_mm: float) -> bool:
-    """Return whether all corners (k,) are off by no more than is exact, but for the crests of rough waves."""
+    """Return whether all vertices (k,) are within the exact distance, except crests of rough waves."""
     slack = exact_mm + rough_mm
     farthest = float(off_mm.max(initial=0.0))
     if rough_mm == 0.0 or farthest <= slack:

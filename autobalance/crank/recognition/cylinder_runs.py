@@ -78,7 +78,7 @@ class Link:
     radius: float
 
     def continues(self, first: Link, rough_mm: float = 0.0) -> bool:
-        """Return whether this circle is that of a chain's first one, but for waves of a rough surface."""
+        """Return whether this circle equals a chain's first one, except for waves of a rough surface."""
         return (
             abs(self.radius - first.radius) < SAME_RADIUS * first.radius + rough_mm
             and float(np.linalg.norm(self.centre - first.centre)) < SAME_CENTRE * first.radius + rough_mm

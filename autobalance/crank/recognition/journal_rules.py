@@ -1,9 +1,9 @@
 """Choice of the main journal on each stretch of the crank axis that crankpins part.
 
-If several cylinders are on one stretch, the choice is the first of these: a cylinder as thick as the journals
-that are certain, one next to the web that is not a thrust collar, or one as thick as journals chosen in this
-way. A keyway, a spline or teeth mark a shaft. If the choice stays open, it is a doubt: one cylinder is
-chosen, another may be meant.
+If several cylinders are on one stretch, the rules apply in this order. A cylinder as thick as the certain
+journals is chosen first, then one next to the web that is not a thrust collar, then one as thick as journals
+chosen in this way. A keyway, a spline or teeth mark a shaft. If the choice stays open, it is a doubt: one
+cylinder is chosen, another may be meant.
 """
 
 from __future__ import annotations

@@ -49,7 +49,7 @@ class FittedCrank:
         )
 
     def lean_pm_mm(self, place_mm: Array) -> float:
-        """Return what the axis' direction leaves uncertain of a place's (2,) height over crankpin 1."""
+        """Return the standard error of a place's (2,) height over crankpin 1 from the axis' direction."""
         arm = place_mm[:2] - self.pins[0].run.centre
         return math.sqrt(max(float(arm @ self.slopes_covariance @ arm), 0.0))
 

@@ -15,9 +15,9 @@ from autobalance.report.records.head import Head, JobEcho
 
 @record
 class StrengthAtSpeed:
-    """The least safe fillet at a speed, with the torque that torsional vibration adds there.
+    """Fillet with the lowest safety at a speed, with the torque that torsional vibration adds there.
 
-    ``m53_factor``: the least acceptability by IACS UR M53 of any fillet.
+    ``m53_factor``: the lowest acceptability by IACS UR M53 of any fillet.
     """
 
     speed_rpm: Positive

@@ -168,11 +168,11 @@ LEFT_OUT = (
     "orders above the 12th; speeds other than this one and those of sweep_rpm",
     "stress of shrink fits, keyways, threads and surface treatment",
 )
-"""What the stresses and safeties of any crank leave out."""
+"""Effects that the stresses and safeties of any crank leave out."""
 
 
 def _left_out(job: Job, vibrates: bool) -> list[str]:
-    """Return what the stresses and safeties of a job do not know of."""
+    """Return the effects that the stresses and safeties of a job leave out."""
     strength = job.table(Strength)
     lines = list(LEFT_OUT)
     if not vibrates:

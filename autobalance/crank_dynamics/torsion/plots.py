@@ -43,7 +43,7 @@ def torsion_plots(report: TorsionReport) -> dict[str, Plot]:
 
 
 def _run_up(found: RunUpFigures) -> Plot:
-    """Return torque over the speed through the run-up and steady, of the shaft with the greatest torque."""
+    """Return torque over the speed through the run-up and steady, of the shaft with the largest torque."""
     worst = max(range(len(found.shafts)), key=lambda link: found.shafts[link].greatest_torque_n_m)
     speeds = np.array([RPM.written(each.speed_rad_s) for each in found.points])
     passed = np.array([each.torque_n_m[worst] for each in found.points], dtype=np.float64)

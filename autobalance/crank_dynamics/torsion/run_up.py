@@ -5,9 +5,9 @@ relative to that turning,
 
     M φ̈ + C φ̇ + K φ = Σ Re (A_k + Ω² B_k) e^{ikψ} − what couplings and dry friction do otherwise.
 
-Without these the equations are linear: the step x ← eᴬʰ x + ∫ eᴬ⁽ʰ⁻ˢ⁾ b(s) ds is exact but for the integral,
-which three Gauss points take to order six. With them a Runge-Kutta method of order eight with error control
-is used. It begins in the steady state of the first speed.
+Without these the equations are linear: the step x ← eᴬʰ x + ∫ eᴬ⁽ʰ⁻ˢ⁾ b(s) ds is exact except for the
+integral, which three Gauss points take to order six. With them a Runge-Kutta method of order eight with error
+control is used. It begins in the steady state of the first speed.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ GREGORY = (
 TOLERANCE = 1e-8
 """Relative, of a step of the non-linear integration."""
 SLIPPING_SHARE = 0.01
-"""Width of the change of sign of dry friction, over the greatest relative speed in the steady state."""
+"""Width of the change of sign of dry friction, over the largest relative speed in the steady state."""
 WINDOW_RAD = 4.0 * math.pi
-"""Angle over which the greatest torque is taken: a whole cycle of four strokes."""
+"""Angle over which the largest torque is taken: a whole cycle of four strokes."""
 ANGLES = 1440
 """Angles of that window at which the steady torque is summed up."""
 MOST_POINTS = 400
@@ -118,7 +118,7 @@ def _extended(x: float, xs: Sequence[float], ys: Sequence[float]) -> float:
 
 @record
 class RunUpShaft:
-    """The greatest torque of a shaft in the run-up, and beside it that of the steady state."""
+    """Peak torque of a shaft in the run-up, and in the steady state."""
 
     between: str
     greatest_torque_n_m: NewtonMetres
@@ -131,7 +131,7 @@ class RunUpShaft:
 
 @record
 class RunUpPoint:
-    """The greatest vibration torque of each shaft about a speed, in the run-up and steady."""
+    """Peak vibration torque of each shaft about a speed, in the run-up and steady."""
 
     speed_rad_s: Rpm
     torque_n_m: Sequence[NewtonMetres]
@@ -229,7 +229,7 @@ class Passage:
 
     @property
     def energy_error(self) -> float | None:
-        """Work less what is lost and stored, over the greatest of them."""
+        """Work minus lost and stored work, over the largest of the three."""
         scale = max(abs(self.work_J), abs(self.lost_J), abs(self.stored_J))
         return abs(self.work_J - self.lost_J - self.stored_J) / scale if scale > 0.0 else None
 
@@ -364,7 +364,7 @@ class _Ahead:
         return replace(passed, torque_n_m=torque)
 
     def _beyond(self, angle: Array) -> Array:
-        """Return what couplings add to their linear torques (q,)."""
+        """Return the torques (q,) that couplings add to their linear torques."""
         total = np.zeros(len(angle))
         for each in self.curves:
             twist = float(self.links[each.link] @ angle)
@@ -409,7 +409,7 @@ class _Ahead:
 
 
 def _envelope(ramp: RunUp, passed: Passage) -> tuple[Array, Array]:
-    """Return speeds (k,) and the greatest torque of each link in the turns about them (k, m)."""
+    """Return speeds (k,) and the peak torque of each link in the turns about them (k, m)."""
     phase = ramp.phase(passed.time_s)
     windows = max(1, int(phase[-1] / WINDOW_RAD))
     several = math.ceil(windows / MOST_POINTS)
@@ -422,7 +422,7 @@ def _envelope(ramp: RunUp, passed: Passage) -> tuple[Array, Array]:
 
 
 def _steady(model: ExcitedTrain, system: _System, speeds_rad_s: Array) -> Array:
-    """Return the greatest steady torque of each link (k, m), all orders summed up; NaN at a resonance."""
+    """Return the steady peak torque of each link (k, m), all orders summed up; NaN at a resonance."""
     angle = np.linspace(0.0, WINDOW_RAD, ANGLES, endpoint=False)
     turn = np.exp(1j * np.multiply.outer(angle, system.orders))
     orders = [model.response(float(order), speeds_rad_s).torques_n_m for order in system.orders]

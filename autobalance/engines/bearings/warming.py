@@ -19,7 +19,7 @@ HOTTEST_C = 600.0
 
 @dataclass(frozen=True)
 class HeatPath:
-    """Where the heat of bearings stays and goes.
+    """Heat capacity and conductance of bearings.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ def warming(path: HeatPath, stages: Sequence[Stage], start_C: float, step_s: flo
         At least one.
     start_C : float
     step_s : float, optional
-        Greatest distance of the times kept; None: the ends of the stages alone.
+        Largest step between the times kept; None: the ends of the stages alone.
     """
     kept, begin, state = [np.array([0.0, start_C, 0.0, 0.0])], 0.0, np.array([start_C, 0.0, 0.0])
     for stage in stages:

@@ -33,10 +33,10 @@ from autobalance.units import M_PER_MM, N_M_PER_N_MM
 TEMPERATURES = 5
 """Number of temperatures of each main at which all films are followed, at once."""
 BEYOND = 1.5
-"""How far beyond the balance of a centred journal they reach, over its own rise."""
+"""Range of the temperatures beyond the balance of a centred journal, over its own rise."""
 LEAST_SPAN_K = 10.0
 WIDENED = 3
-"""Greatest number of times that their range is moved up to hold the balance."""
+"""Largest number of times that their range is moved up to hold the balance."""
 
 
 @record
@@ -59,9 +59,9 @@ class MainBearingHeat:
 class CycleHeat:
     """Steady temperatures of the main bearings.
 
-    ``given_friction_N_m`` is the friction at the job's own viscosity; ``energy_error`` the power that does
-    not leave, over all of it; ``interpolation_error`` how far a friction would be off, relative, without one
-    of the temperatures at which the films were followed.
+    ``given_friction_N_m`` is the friction at the job's own viscosity. ``energy_error`` is the power that does
+    not leave, over all of it. ``interpolation_error`` is the relative error of a friction without one of the
+    temperatures at which the films were followed.
     """
 
     main_journals: Sequence[MainBearingHeat]
@@ -74,10 +74,10 @@ class CycleHeat:
 
 @dataclass(frozen=True, eq=False)
 class HeatedMains:
-    """Main bearings at temperatures (k,): friction, flow, least film; NaN where a film breaks.
+    """Main bearings at temperatures (k,): friction, flow, minimum film; NaN where a film breaks.
 
-    ``given_N_m`` is the friction of all at the viscosity of the job, ``off`` the greatest difference
-    (relative) of a friction that one of the temperatures less would have made.
+    ``given_N_m`` is the friction of all at the viscosity of the job, ``off`` the largest relative change of a
+    friction if one of the temperatures is left out.
     """
 
     celsius: Array
@@ -94,7 +94,7 @@ class HeatedMains:
         return self.moment_N_m * self.speed_rad_s
 
     def path(self, main: int) -> HeatPath:
-        """Return where the heat of a main goes."""
+        """Return the heat path of a main."""
         return _path(self.heat, float(self.flow_m3_s[main]))
 
 
@@ -122,7 +122,7 @@ def heated_mains(cycle: CycleAnalysis, job: Job, crank: Crank) -> HeatedMains:
 
 
 def _dry(cycle: CycleAnalysis, heat: MainHeat) -> HeatedMains:
-    """Return dry mains: their friction knows no temperature, and no oil but the flow that is given."""
+    """Return dry mains: their friction is independent of temperature, and the only oil is the given flow."""
     size = np.hypot(cycle.loads.main_n[..., 0], cycle.loads.main_n[..., 1])
     lever = cycle.firing.friction.main_lever_mm(cycle.firing.main_diameters_mm)
     moments = lever * np.array([float(cycle.grid.mean(each)) for each in size]) * N_M_PER_N_MM
@@ -135,7 +135,7 @@ def _dry(cycle: CycleAnalysis, heat: MainHeat) -> HeatedMains:
 
 
 def _constant(path: HeatPath, power_W: float) -> float | None:
-    """Return the steady temperature under a power that knows no temperature."""
+    """Return the steady temperature under a power that is independent of temperature."""
     return steady_temperature_C(path, lambda _: power_W)
 
 
@@ -209,7 +209,7 @@ class _Films:
         return celsius, figures[:, :-count].reshape(3, *celsius.shape), given
 
     def _figures(self, viscosity_Pa_s: Array) -> Array:
-        """Return friction, flow and least film (3, times k) of all mains for each of several viscosities."""
+        """Return friction, flow and minimum film (3, times k) of all mains for each viscosity."""
         times = len(viscosity_Pa_s) // len(self.force_n)
         sizes = self.bearings.diameter_mm, self.bearings.length_mm, self.bearings.clearance_mm
         many = Bearings(*(np.tile(each, times) for each in sizes))
@@ -252,7 +252,7 @@ class _Curves:
         return np.asarray(np.exp(BarycentricInterpolator(self.celsius, self.logs.T)(celsius)))
 
     def off(self, celsius: float) -> float:
-        """Return how far the friction would be off without the second last of the temperatures."""
+        """Return the relative error of the friction without the second last of the temperatures."""
         if len(self.celsius) < 4:
             return 1.0
         kept = np.arange(len(self.celsius)) != len(self.celsius) - 2

@@ -14,7 +14,7 @@ EFFICIENCIES = (0.25, 0.45)
 """Indicated efficiencies between which engines of one spark are at full load; constant γ without wall heat
 gives 0.49 at a compression ratio of 8."""
 HOTTEST_K = 2800.0
-"""Temperature that burnt charges hardly exceed: beyond, they dissociate (Heywood 1988, Sec. 3.7)."""
+"""Temperature that burnt charges rarely exceed: beyond, they dissociate (Heywood 1988, Sec. 3.7)."""
 GREATEST_SWING = 0.1
 """Speed swing within a cycle above which loads at constant speed are off by as much."""
 

@@ -2,7 +2,7 @@
 
 A drive at the pitch radius R takes the torque M = share · T̄ + J_d θ̈: its share of the mean torque, and what
 speeds up the inertia behind it with the uneven speed. A chain pulls with both strands towards the driven
-shaft, F = |M|/(R cos α) · (1 + s)/(1 − s), s the slack strand's tension over the tight one's; its sprocket is
+shaft, F = |M|/(R cos α) · (1 + s)/(1 − s), s the slack strand's tension over the tight one's. Its sprocket is
 a polygon whose lever R cos α rises and falls within ±π/N of each of N teeth, so that F has the order N. Gears
 press with M/R against the rotation, and apart with tan of the pressure angle of it.
 """

@@ -53,7 +53,7 @@ class DriveFigures:
 
 @record
 class MainPull:
-    """Pull of all drives on a main bearing, and its greatest load with it and without it."""
+    """Pull of all drives on a main bearing, and its largest load with it and without it."""
 
     number: Ordinal
     mean_pull_n: Newtons
@@ -73,7 +73,7 @@ class DriveTable:
 
 
 def drive_table(cycle: CycleAnalysis) -> DriveTable:
-    """Return what drives pull, and what that does to mains and friction."""
+    """Return the pull of the drives, and its effect on mains and friction."""
     firing, grid, speed = cycle.firing, cycle.grid, cycle.speed_rad_s
     pulls = firing.parts.pulls
     assert pulls is not None

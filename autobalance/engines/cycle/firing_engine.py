@@ -284,7 +284,7 @@ class LoadParts:
 
     @cached_property
     def _turning(self) -> Complex:
-        """What turns with the crank, as a unit vector x + iy (n,)."""
+        """Unit vector x + iy (n,) that turns with the crank."""
         result: Complex = np.exp(1j * self.gas.angle_rad)
         return result
 

@@ -291,7 +291,7 @@ STATED_GAS = ("gamma", "gamma_per_K", "wall_heat")
 
 
 def _with_gas(values: Values, raw: Mapping[str, Any]) -> Values:
-    """Return the table with its gas decided: real if it burns and nothing else is said of it."""
+    """Return the table with its gas decided: real if it burns and the job states nothing else."""
     tables = (raw, *raw.get("cylinder", ()))
     stated = any(key in each for each in tables for key in STATED_GAS)
     solvable = all(each.get("wiebe_n", 1.0) >= 1.0 for each in tables)

@@ -75,7 +75,7 @@ class Film:
 
 @dataclass(frozen=True)
 class MainHeat:
-    """Where the heat of each main bearing goes: to the block and, with a supply, with oil that flows through.
+    """Heat paths of each main bearing: to the block and, with a supply, with oil that flows through.
 
     ``flow_m3_s`` None: the flow of its film.
     """

@@ -20,7 +20,7 @@ from autobalance.units import BAR_PER_MPA, G_MM2_PER_KG_MM2, N_M_PER_N_MM, RAD_S
 
 @record
 class CylinderFriction:
-    """Friction of one piston: mean pressures of skirt and rings, greatest wall force with it and without.
+    """Friction of one piston: mean pressures of skirt and rings, largest wall force with it and without.
 
     ``greatest_tilt_n_m``: moment that tilts the piston about its wrist pin, by the pin offset.
     """
@@ -39,8 +39,8 @@ class PistonFrictionFigures:
     """Friction of pistons by angle: torque, its part of the gas', what it does to speed and inertia.
 
     ``fluctuation_without``: of the speed, if friction were its mean at every angle. The equivalent inertia
-    has what friction adds to the inertia that the crank feels, ∂T/∂θ̈; ``greatest_inertia_change_g_mm2`` is
-    its greatest at any angle. Friction mean pressures by Chen and Flynn are beside it, not in it.
+    has the inertia that friction adds to the crank, ∂T/∂θ̈; ``greatest_inertia_change_g_mm2`` is its largest
+    value at any angle. Friction mean pressures by Chen and Flynn are separate, not in it.
     """
 
     mean_n_m: NewtonMetres
@@ -57,7 +57,7 @@ class PistonFrictionFigures:
 
 
 def piston_figures(cycle: CycleAnalysis) -> PistonFrictionFigures:
-    """Return what the friction of pistons comes to."""
+    """Return the friction of the pistons."""
     firing, grid, speed = cycle.firing, cycle.grid, cycle.speed_rad_s
     parts = firing.parts.pistons
     assert parts is not None

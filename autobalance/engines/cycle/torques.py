@@ -22,8 +22,8 @@ class ThrowTorques:
 
     ``inertia_n_m_s2`` is that of rods and pistons at 1 rad/s; it grows with the square of the speed.
     ``firing_rad`` (cylinders,) are the crank angles at which cylinders fire, ``cylinder_throws`` their throws
-    from 0, ``mean_n_m`` the mean torque of gas less friction at the job's speed, ``inertia_g_mm2`` the mean
-    inertia of all that turns with the crank.
+    from 0. ``mean_n_m`` is the mean torque of gas minus friction at the job's speed. ``inertia_g_mm2`` is the
+    mean inertia of everything that turns with the crank.
     """
 
     orders: Array

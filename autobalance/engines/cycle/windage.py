@@ -1,7 +1,7 @@
 """Windage: the torque that discs and webs take to turn in air, or in air with oil: an order of size.
 
 Each figure has two ends. The low one is a smooth disc in the laminar state, or in a close case whose air
-turns with it; the high one is a free disc in the turbulent state, whose edges push still air. SI units.
+turns with it. The high one is a free disc in the turbulent state, whose edges push still air. SI units.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ RIM_STEPS = 60
 
 @dataclass(frozen=True)
 class Gas:
-    """What fills the case: density [kg/m³] and dynamic viscosity [Pa s]."""
+    """Gas in the case: density [kg/m³] and dynamic viscosity [Pa s]."""
 
     density_kg_m3: float
     viscosity_Pa_s: float
@@ -145,7 +145,7 @@ def edge_windage(rises_m4: float, thickness_m: float, gas: Gas, speed_rad_s: flo
     Parameters
     ----------
     rises_m4 : float
-        Sum of the rises of r⁴ around the outline, r its greatest radius at an angle: what faces the air.
+        Sum of the rises of r⁴ around the outline, r its largest radius at an angle: the area facing the air.
     thickness_m : float
         b.
     cased : bool
@@ -166,7 +166,7 @@ class WebShape:
 
     @classmethod
     def of_outline(cls, radius_m: Array, thickness_m: float) -> WebShape:
-        """Return the shape of a web from its greatest radius at even angles (n,)."""
+        """Return the shape of a web from its largest radius at even angles (n,)."""
         fourth = radius_m**4
         rises = float(np.maximum(np.roll(fourth, -1) - fourth, 0.0).sum())
         return cls(float(np.mean(radius_m**5) ** 0.2), rises, thickness_m)
@@ -189,12 +189,12 @@ AIR_KEYS = (
     ),
     Key("gap_mm", float, "gap to a case on either side; without it the air is free", POSITIVE, None),
 )
-"""Keys of what a rotor turns in."""
+"""Keys of the air around a rotor."""
 
 
 @dataclass(frozen=True)
 class Air:
-    """What a rotor turns in, and the gap to its case; None: there is none."""
+    """Air around a rotor, and the gap to its case; None in free air."""
 
     temperature_C: float
     pressure_bar: float

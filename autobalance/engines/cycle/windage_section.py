@@ -86,7 +86,7 @@ def webs_in_air(cycle: CycleAnalysis, job: Job, crank: Crank) -> Webs:
 
 
 def _reach_m(outlines: Sequence[Array]) -> Array:
-    """Return the greatest radius of outlines at even angles (n,), straight between their corners [m]."""
+    """Return the largest radius of outlines at even angles (n,), straight between their corners [m]."""
     reach = np.zeros(ANGLES)
     for outline in outlines:
         ends = np.roll(outline, -1, axis=0)

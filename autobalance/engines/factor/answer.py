@@ -15,9 +15,9 @@ CandidateName = Literal["present", "maker's", "half", "least_peak", "given"]
 
 @dataclass(frozen=True)
 class Reach:
-    """What a plan for a balance factor takes and leaves, not cut.
+    """Metal, cuts and residual of a plan for a balance factor, not cut.
 
-    ``used_share`` is the greatest share of a permissible value that the plan leaves.
+    ``used_share`` is the largest share of a permissible value that the plan leaves.
     """
 
     outcome: Outcome

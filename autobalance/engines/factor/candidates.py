@@ -74,7 +74,7 @@ def factors_of(
 
 
 def _least_peak(forces: Forces, crank: Crank) -> float | None:
-    """Return the factor of least greatest force; of throws that cancel, at the outermost mains."""
+    """Return the factor with the smallest maximum force; at the outermost mains if throws cancel."""
     ends = engine_from_job.shaft_ends_mm(crank.anatomy)
     found: FactorAdvice = advise(forces.engine, forces.speed_rad_s, (), 1.0, ends)
     return found.least_in_planes if found.least_greatest is None else found.least_greatest
@@ -117,7 +117,7 @@ def candidate(
 
 
 def reach(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Reach:
-    """Return what a plan for a factor takes and leaves; it is planned once and not cut."""
+    """Return metal, cuts and residual of a plan for a factor; it is planned once and not cut."""
     job = with_external(job, crank, tolerance, factor)
     rotor = rotor_of(job, crank, tolerance, factor)
     initial, doubt = Unbalance.of(rotor.moments + rotor.loads), rotor.doubt(rotor.moments)

@@ -83,7 +83,8 @@ def stroked_crank(
     Parameters
     ----------
     stroke_mm, bore_mm, crankpin_mm, ground_crankpin_mm, crankpin_width_mm, main_journal_mm : float
-        Old stroke [mm]; diameter of the crankpin before and after [mm]; its ground length [mm].
+        Old stroke, bore, diameter of the crankpin before and after, its ground length, diameter of the main
+        journal [mm].
     rotating_g, reciprocating_g, crankpin_g : float
         Parts of the throw, the old crankpin in ``crankpin_g``, all of it at the old crank radius [g].
     factor : float

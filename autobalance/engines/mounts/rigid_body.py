@@ -87,7 +87,7 @@ class MountedEngine:
         return np.hstack([np.zeros((3, 6)), shapes])
 
     def stretches(self, number: int) -> Array:
-        """Return by how much a mount (from 0) is stretched (3, 6 + m) by the unknowns."""
+        """Return the stretch (3, 6 + m) of a mount (from 0) by the unknowns."""
         rows = self.moves(self.mounts[number].at_mm)
         return rows if self.frame is None else rows - self.frame_moves(self.on_frame[number])
 

@@ -1,6 +1,6 @@
 """Motion of an engine on its mounts by order and axis over the speed, and what each mount lets through.
 
-Beside it stand the orders that `orders` measured at the same points: amplitudes of velocity or acceleration.
+The orders that `orders` measured at the same points are next to it: amplitudes of velocity or acceleration.
 """
 
 from __future__ import annotations
@@ -171,7 +171,7 @@ def measured_orders(
     Raises
     ------
     JobError
-        If a file is no report of ``orders``, or has no speed or another unit.
+        If a file is not a report of ``orders``, or has no speed or another unit.
     FileError
         If it cannot be read.
     """

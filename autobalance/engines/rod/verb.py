@@ -62,8 +62,7 @@ def rod(
     file : path
         Connecting rod's solid.
     unit : {"mm", "cm", "m", "inch"} or None
-        Unit of length of the file, if its format carries none; None: the format's, required if it has no
-        unit.
+        Unit of length of the file, if its format has no unit; None: the format's, required if it has no unit.
     density_kg_m3 : float
         Density [kg/m³].
     density_pm_kg_m3 : float

@@ -71,7 +71,7 @@ class ExactSolid:
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> ExactSolid:
-        """Return the solid of ``to_plain``; the kernel is loaded when its body is first asked for."""
+        """Return the solid of ``to_plain``; the kernel is loaded at the first use of its body."""
         solid = cls.__new__(cls)
         solid.__dict__.update(_data=plain["body"], _unit=plain["unit"], _kinds=dict(plain["kinds"]))
         return solid

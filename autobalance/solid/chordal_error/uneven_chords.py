@@ -74,7 +74,7 @@ def uneven_chords(
 
 
 def _of_cut_ends(look: Look, turns: Turns, wide: Array, taken: Array, asked: Flags) -> Array:
-    """Return by how much more than L w² δ / 24 the pieces (k,) hide that a cut leaves of last chords.
+    """Return the metal beyond L w² δ / 24 that the pieces (k,) of cut last chords hide.
 
     A flat or a keyway along a shaft leaves a strip, r times as wide as the next chord. The curvature is δ
     over the width of that. Looked at are facets (count,) ``asked`` that meet one other.
@@ -136,10 +136,10 @@ def _cut_facets(look: Look, turns: Turns, held: Array) -> Flags:
 
 @dataclass(frozen=True, eq=False)
 class _CutChords:
-    """What is known of cut facets, by the face (count,): directions across, curvature, error bar.
+    """Properties of cut facets, by the face (count,): directions across, curvature, error bar.
 
-    ``front`` and ``back`` (3, count) are the directions away from the facet on its two sides: opposite, but
-    for the taper of a cone's facet. A chord cut lengthwise was ``times_wider`` (count,).
+    ``front`` and ``back`` (3, count) are the directions away from the facet on its two sides: opposite,
+    except for the taper of a cone's facet. A chord cut lengthwise was ``times_wider`` (count,).
     """
 
     across: Array

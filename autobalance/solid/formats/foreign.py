@@ -169,7 +169,7 @@ def _soup(
     scene = _scene(what, ending, data, strict or {})
     if len(scene.geometry) < meshes:
         raise FormatError(
-            f"the {what} file lists {meshes} meshes, of which {len(scene.geometry)} were read: some share "
+            f"the {what} file lists {meshes} meshes, but only {len(scene.geometry)} were read: some share "
             "a name; export STEP or STL"
         )
     pieces, scales = [np.zeros((0, 3, 3))], [0.0]
@@ -190,11 +190,13 @@ def _soup(
 
 
 def _refuse_odd_numbers(what: str, words: Sequence[bytes]) -> None:
-    """Refuse coordinates that are no finite numbers: a reader makes 0 of them in silence."""
+    """Refuse coordinates that are not finite numbers: a reader makes 0 of them in silence."""
     try:
         numbers = np.array(words, dtype=np.bytes_).astype(np.float64)
     except ValueError as error:
-        raise FormatError(f"the {what} file has a coordinate that is no number: {str(error)[:60]}") from None
+        raise FormatError(
+            f"the {what} file has a coordinate that is not a number: {str(error)[:60]}"
+        ) from None
     if not np.isfinite(numbers).all():
         raise FormatError(f"the {what} file has a face with a corner that is not finite")
 

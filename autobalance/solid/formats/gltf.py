@@ -27,7 +27,7 @@ def file_bytes(path: Path) -> bytes:
     Raises
     ------
     FileError, FormatError
-        If it is missing, no regular file, cannot be read, or names what is not there.
+        If it is missing, not a regular file, cannot be read, or names parts that it does not have.
     """
     data = one_file_bytes(path)
     return packed(data, path.parent) if path.suffix.lower() == ".gltf" else data

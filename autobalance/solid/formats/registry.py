@@ -69,7 +69,7 @@ def written_name(name: str) -> str:
 
 
 def needs_unit(path: Path) -> bool:
-    """Return whether a file carries no unit of length: its format has none, or the file leaves it out."""
+    """Return whether a file has no unit of length, because of its format or because it leaves it out."""
     format_ = format_of(path)
     if format_ is None or not format_.carries_unit:
         return format_ is not None

@@ -17,7 +17,7 @@ def chosen_bodies(
     Parameters
     ----------
     body : int, str or None
-        The body's number from 1; ``all``; None for the only one or, if ``pressed_up``, for all of them.
+        The body's number from 1, or ``all``; None for the only one or, if ``pressed_up``, for all of them.
     unite : bool
         Whether bodies that touch or overlap become one; else they stay as they are.
 

@@ -30,7 +30,7 @@ CONFIDENCE = 0.95
 FIXED_WITHIN = 2.0
 """Factor of the 95 % range beyond which readings do not fix a value."""
 MOST_DECADES = 3.0
-"""How far from where it began a fitted value may go."""
+"""Largest change of a fitted value from its first one, in powers of ten."""
 STEPS_OF_A_COURSE = 400
 
 
@@ -57,7 +57,7 @@ class BearingHeat:
     fit: tuple[Fitted, ...]
     readings: tuple[TimedReading, ...]
     viscosity: Callable[[float], float] | None
-    """By temperature, in the unit of the bearings' own; None where friction does not follow it."""
+    """Viscosity by temperature, in the unit of the bearings; None if friction does not depend on it."""
 
 
 @record
@@ -139,7 +139,7 @@ class HeatRun:
 
 
 def heat_run(heat: BearingHeat, bearings: BenchBearings, weight_N: float, unbalance_g_mm: float) -> HeatRun:
-    """Return the bearings through the course, after the fit that is asked for."""
+    """Return the bearings through the course, after the requested fit."""
     moment = _moment(heat, bearings, weight_N, unbalance_g_mm)
     fitted = _Fit(heat, moment).found() if heat.fit else None
     best = heat if fitted is None else fitted.heat
@@ -322,9 +322,9 @@ class _Fit:
         return _Found(heat, rows, correlation, scatter, _not_fixed(rows, width))
 
     def _spread(self, jacobian: Array, sigma: float | None) -> Array | None:
-        """Return the covariance (k, k) of the logarithms; None where there are no more readings than values.
+        """Return the covariance (k, k) of the logarithms; None without more readings than values.
 
-        A direction that no reading knows has a wide spread in place of an infinite one.
+        A direction that no reading determines has a wide spread in place of an infinite one.
         """
         if sigma is None:
             return None
