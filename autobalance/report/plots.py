@@ -118,12 +118,16 @@ def named_bars(
         for number, (name, heights) in enumerate(groups.items()):
             at = np.arange(len(places)) + (number - 0.5 * (len(groups) - 1)) * width
             fill, hatch = FILLS[number % len(FILLS)], HATCHES[number // len(FILLS) % len(HATCHES)]
-            axes.bar(at, heights, width, label=name, color=fill, hatch=hatch, edgecolor="black")
+            known_by_title = len(groups) == 1 and not plus_minus  # a legend would lie on the bars
+            label = None if known_by_title else name
+            axes.bar(at, heights, width, label=label, color=fill, hatch=hatch, edgecolor="black")
             off = np.asarray(plus_minus[name] if plus_minus else [0.0] * len(places))
             if (known := off > 0.0).any():
                 ends = at[known], np.asarray(heights)[known], off[known]
                 # Without ``color`` the caps are filled in blue.
                 axes.errorbar(*ends, fmt="none", color="black", capsize=6.0, label=f"±, {name}")
+        if len(groups) > 1:
+            axes.margins(y=0.2)  # room for the legend above the bars
         axes.set_xticks(range(len(places)), list(places))
         axes.set_xlabel(labels[0])
 

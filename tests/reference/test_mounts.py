@@ -289,6 +289,9 @@ def test_rms_of_all_orders_is_their_sum_and_the_file_has_its_own_row() -> None:
     text = ab.forces(job, preset_single(), mounts=True, factors=[0.6]).text()
     assert "as the file is" in text
     assert "bar, order 1, x" in text
+    through = {row["order"]: row["transmissibility"] for row in report["orders"][1]["mounts"][0]["orders"]}
+    (line,) = [each for each in text.splitlines() if "mount 1, order 1" in each]
+    assert float(line.split()[-1]) == pytest.approx(max(through[1.0]), rel=5e-3)
 
 
 def test_far_above_its_mounts_nothing_gets_through() -> None:
@@ -323,6 +326,13 @@ def test_measured_orders_stand_beside_the_computed_ones(tmp_path: Path) -> None:
         assert told[n]["measured"] == pytest.approx(told[n]["as_the_file_is"], rel=1e-6)
     assert told[1.0]["balanced"] != pytest.approx(told[1.0]["as_the_file_is"], rel=1e-3)
     assert "bar, x, order 1, 3000 rpm" in result.text()
+    drawn = result.plots()
+    for name, words in (
+        ("mounts-1", "as the file is"),
+        ("mounts-1-order-1", "x, measured"),
+        ("mounts-transmissibility-order-1", "mount 1"),
+    ):
+        assert words in drawn[name]["svg"].decode()
     job["mounts"]["measured"][0]["point"] = "seat"
     with pytest.raises(
         JobError, match=r"mounts\.measured\[1\]\.point is 'seat'; must be a \[\[mounts\.point\]\]: bar"

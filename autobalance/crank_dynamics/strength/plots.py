@@ -56,6 +56,11 @@ def strength_plots(
     if len(known_at) > 1:
         speeds = np.array([each.speed_rpm for each in known_at])
         least_safe = np.array([each.least.gough_pollard for each in known_at if each.least is not None])
-        curve = plots.Curve("Gough and Pollard", speeds, least_safe)
-        drawn["safety-over-speed"] = plots.lines("Minimum safety", ("speed [1/min]", "safety"), [curve])
+        curves_by_speed = [plots.Curve("Gough and Pollard", speeds, least_safe)]
+        with_rule = [each for each in sweep if each.m53_factor is not None]
+        if len(with_rule) > 1:
+            rule = np.array([(each.speed_rpm, each.m53_factor) for each in with_rule])
+            curves_by_speed.append(plots.Curve("IACS UR M53, at least 1.15", *rule.T))
+        labels = ("speed [1/min]", "safety")
+        drawn["safety-over-speed"] = plots.lines("Minimum safety of the fillets", labels, curves_by_speed)
     return drawn

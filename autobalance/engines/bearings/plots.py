@@ -51,7 +51,7 @@ def _pressure(film: Film) -> Plot:
         name = "middle" if row == 0 else f"{unit.place[row]:.2g} of half the length out"
         pressure = np.interp(from_widest, unit.angle_rad, unit.pressure[:, row], period=2.0 * np.pi)
         curves.append(plots.Curve(name, np.degrees(angle), scale * pressure))
-    labels = ("angle from the load, in the sense of turning [°]", "pressure [MPa]")
+    labels = ("angle from the load, in the direction of rotation [°]", "pressure [MPa]")
     return plots.lines("Pressure of the film", labels, curves)
 
 
@@ -64,7 +64,7 @@ def _fed_pressure(film: FedFilm) -> Plot:
         column = int(np.argmin(np.abs(mesh.place - share * 0.5 * film.case.bearing.length_m)))
         name = f"{UM.times * mesh.place[column] / 1e3:.3g} mm from the middle"
         curves.append(_sorted(name, angle, MPA.written(1.0) * film.pressure_Pa[:, column]))
-    labels = ("angle from the load, in the sense of turning [°]", "pressure [MPa]")
+    labels = ("angle from the load, in the direction of rotation [°]", "pressure [MPa]")
     return plots.lines("Pressure of the film", labels, curves)
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from autobalance.declare import DEGREES, MM, MM3_S, MPA, RPM, Unit
 from autobalance.engines.bearings.answer import BearingRow, FedBearingFigures, FilmOrbit, Oil, Plates
 from autobalance.engines.bearings.report import BearingReport
 from autobalance.engines.bearings.rolling import FourParts, PalmgrenParts
+from autobalance.report.tables import table
 
 SHOWN_ROWS = 12
 NAMES = {
@@ -19,6 +21,8 @@ NAMES = {
     "squeeze_film": "Squeeze film between flat plates",
 }
 SMALL_ANGLE_MU = 0.2
+ROUNDING = 1e-9
+"""Share of the largest value below which a value is a rounding error."""
 
 
 def bearing_text(report: BearingReport) -> str:
@@ -83,7 +87,9 @@ def _film(report: BearingReport) -> list[str]:
     if film is None:
         return []
     lines = _line("load", film.load_N, "N") + _line("eccentricity ratio", film.eccentricity_ratio, "")
-    lines += _line("attitude angle", film.attitude_angle_rad, "°", DEGREES)
+    attitude = film.attitude_angle_rad
+    attitude = None if attitude is None else _without_rounding(attitude, math.pi)
+    lines += _line("attitude angle", attitude, "°", DEGREES)
     lines += _line("Sommerfeld number", film.sommerfeld, "")
     lines += _line("minimum film", film.least_film_m, "mm", MM)
     lines += _line("maximum pressure", film.greatest_pressure_pa, "MPa", MPA)
@@ -92,7 +98,9 @@ def _film(report: BearingReport) -> list[str]:
     matrices = (("stiffness", film.stiffness_N_m, "N/m"), ("damping", film.damping_N_s_m, "N·s/m"))
     for name, matrix, unit in matrices:
         if matrix is not None:
-            cells = ", ".join(f"{cell:.4g}" for row in matrix for cell in row)
+            flat = [cell for row in matrix for cell in row]
+            largest = max(map(abs, flat))
+            cells = ", ".join(f"{_without_rounding(cell, largest):.4g}" for cell in flat)
             lines.append(f"  {name + ' xx, xy, yx, yy':<34}{cells} {unit}")
     if film.critical_mass_kg is not None:
         lines += _line("oil whirl of a rigid rotor above", film.critical_mass_kg, "kg on this bearing")
@@ -112,20 +120,33 @@ def _fed(fed: FedBearingFigures | None) -> list[str]:
         place = f"{DEGREES.written(each.angle_rad):.6g}°, z {MM.written(each.z_m):.6g} mm"
         figures = f"{MPA.written(each.pressure_pa):.4g} MPa, {MM3_S.written(each.flow_m3_s):.4g} mm³/s"
         lines.append(f"  {f'supply {number} at {place}':<34}{figures}")
-    if fed.by_eccentricity:
-        lines.append(
-            "Speed [1/min]  Eccentricity  Load [N]   Flow [mm³/s]  Pump [W]  Moment [N·m]  k_xx [N/µm]"
-        )
+    if not fed.by_eccentricity:
+        return lines
+    largest = max((abs(row.load_N) for row in fed.by_eccentricity if row.load_N is not None), default=0.0)
+    rows: list[Sequence[str]] = [("Speed", "ratio", "load", "flow", "pump", "moment", "k_xx")]
+    broken = []
     for row in fed.by_eccentricity:
-        head = f"  {RPM.written(row.speed_rad_s):<13.6g}{row.eccentricity_ratio or 0.0:<14.4g}"
+        speed, ratio = f"{RPM.written(row.speed_rad_s):.6g} 1/min", f"{row.eccentricity_ratio or 0.0:.4g}"
         if row.load_N is None or row.supplied_m3_s is None or row.stiffness_N_m is None:
-            lines.append(f"{head}the film breaks, or carries nothing along the load")
+            broken.append(f"  {speed}, ratio {ratio}: the film breaks, or carries nothing along the load")
             continue
-        flow, stiffness = MM3_S.written(row.supplied_m3_s), 1e-6 * row.stiffness_N_m[0][0]
-        lines.append(
-            f"{head}{row.load_N:<11.4g}{flow:<14.4g}{row.pumping_W:<10.4g}{row.moment_N_m:<14.4g}{stiffness:.4g}"
+        rows.append(
+            (
+                f"  {speed}",
+                ratio,
+                f"{_without_rounding(row.load_N, largest):.4g} N",
+                f"{MM3_S.written(row.supplied_m3_s):.4g} mm³/s",
+                f"{row.pumping_W:.4g} W",
+                f"{row.moment_N_m:.4g} N·m",
+                f"{1e-6 * row.stiffness_N_m[0][0]:.4g} N/µm",
+            )
         )
-    return lines
+    return [*lines, *([table(rows)] if len(rows) > 1 else []), *broken]
+
+
+def _without_rounding(value: float, largest: float) -> float:
+    """Return a value, or 0 if it is a rounding error of values as large as ``largest``."""
+    return value if abs(value) > ROUNDING * largest else 0.0
 
 
 def _parts(parts: PalmgrenParts | FourParts | None) -> list[str]:

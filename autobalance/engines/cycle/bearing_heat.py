@@ -28,7 +28,7 @@ from autobalance.job import Job
 from autobalance.report.plot_files import Plot
 from autobalance.report.tables import table
 from autobalance.types import Array, Complex
-from autobalance.units import M_PER_MM, N_M_PER_N_MM
+from autobalance.units import M_PER_MM, N_M_PER_N_MM, RAD_S_PER_RPM
 
 TEMPERATURES = 5
 """Number of temperatures of each main at which all films are followed, at once."""
@@ -344,8 +344,9 @@ def _plots(cycle: CycleAnalysis, found: HeatedMains) -> dict[str, Plot]:
     if not np.isfinite(found.celsius).any():
         return {}
     labels = [f"main {number}" for number in range(1, len(found.celsius) + 1)]
-    bars = {"steady temperature": found.celsius.tolist()}
-    return {"main-temperatures": plots.named_bars("Main bearings", ("", "temperature [°C]"), labels, bars)}
+    title = f"Steady temperature at {cycle.speed_rad_s / RAD_S_PER_RPM:g} rpm"
+    bars = {"main bearings": found.celsius.tolist()}
+    return {"main-temperatures": plots.named_bars(title, ("", "temperature [°C]"), labels, bars)}
 
 
 def _doubts(cycle: CycleAnalysis, job: Job, found: HeatedMains) -> Iterator[str]:

@@ -134,8 +134,9 @@ def _plots(cycle: CycleAnalysis, curves: RollCurves) -> dict[str, Plot]:
     shown = {
         "roll couple": curves.whole_n_m,
         "without the torque's reaction": curves.besides_torque_n_m,
-        "of it without balance shafts": curves.pistons_n_m,
     }
+    if np.abs(curves.besides_torque_n_m - curves.pistons_n_m).max() > 0.0:  # the job has balance shafts
+        shown["of it without balance shafts"] = curves.pistons_n_m
     title = f"Roll couple on the block at {cycle.speed_rad_s / RAD_S_PER_RPM:g} rpm"
     drawn = {name: cycle.grid.even(values) for name, values in shown.items()}
     span = 180 * cycle.firing.strokes

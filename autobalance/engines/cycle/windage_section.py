@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -129,7 +129,7 @@ def _answer(webs: Webs, cycle: CycleAnalysis) -> CycleWindage:
 def _text(found: CycleWindage) -> str:
     lines = [
         f"Windage of the webs, an order of size: {found.least_n_m:.3g} to {found.greatest_n_m:.3g} N·m,"
-        f" {found.least_W:.3g} to {found.greatest_W:.3g} W"
+        f" {_figures(found.least_W)} to {_figures(found.greatest_W)} W"
     ]
     for shares, name in ((found.of_friction, "the friction"), (found.of_gas_torque, "the torque of the gas")):
         if shares is not None:
@@ -141,17 +141,27 @@ def _text(found: CycleWindage) -> str:
     return "\n".join([*lines, table(rows)])
 
 
+def _figures(value: float) -> str:
+    """Return a number with three digits before or after its point, without powers of ten."""
+    return f"{value:.0f}" if value >= 100.0 else f"{value:.3g}"
+
+
 def _plots(cycle: CycleAnalysis, webs: Webs) -> dict[str, Plot]:
+    return {"windage": windage_plot("Windage of the webs", webs.all, cycle.speed_rad_s)}
+
+
+def windage_plot(title: str, range_at: Callable[[float], Range], speed_rad_s: float) -> Plot:
+    """Return a plot of a windage's range by speed [rad/s], up to half as much again as the speed."""
     from autobalance.report import plots
 
-    speeds = np.linspace(0.0, 1.5 * cycle.speed_rad_s, SPEEDS)[1:]
-    found = [webs.all(float(speed)) for speed in speeds]
+    speeds = np.linspace(0.0, 1.5 * speed_rad_s, SPEEDS)
+    found = [range_at(float(speed)) for speed in speeds]
     rpm = speeds / RAD_S_PER_RPM
     curves = [
-        plots.Curve("low end", rpm, np.array([each.low_N_m for each in found])),
-        plots.Curve("high end", rpm, np.array([each.high_N_m for each in found])),
+        plots.Curve("smallest", rpm, np.array([each.low_N_m for each in found])),
+        plots.Curve("largest", rpm, np.array([each.high_N_m for each in found])),
     ]
-    return {"windage": plots.lines("Windage of the webs", ("speed [1/min]", "torque [N·m]"), curves)}
+    return plots.lines(title, ("speed [1/min]", "torque [N·m]"), curves)
 
 
 def _no_doubts(cycle: CycleAnalysis, job: Job, webs: Webs) -> Iterator[str]:

@@ -86,7 +86,7 @@ def _mount_orders(mounts: MountedAnalysis) -> list[str]:
                         "-" if each is None else f"{each[0]:.3g} mm/s, {each[1]:.3g} m/s²" for each in found
                     )
                     rows.append((f"  {name}, order {order:g}, {axis}", *cells))
-    lines = [table(rows)]
+    lines = [table(rows), *_transmissibilities(mounts)]
     if mounts.measured:
         compared: list[Sequence[str]] = [("Measured", "measured", "as the file is", "balanced")]
         for row in mounts.measured:
@@ -99,6 +99,27 @@ def _mount_orders(mounts: MountedAnalysis) -> list[str]:
             )
         lines.append(table(compared))
     return lines
+
+
+def _transmissibilities(mounts: MountedAnalysis) -> list[str]:
+    """Return the largest share of a shaking force that gets through each mount, by order."""
+    states = [state.name for state in mounts.orders]
+    peaks = {
+        (mount.number, row.order, state.name): max(row.transmissibility)
+        for state in mounts.orders
+        for mount in state.mounts
+        for row in mount.orders
+        if row.transmissibility is not None
+    }
+    rows: list[Sequence[str]] = [("Largest transmissibility", *states)]
+    for mount in mounts.orders[0].mounts:
+        for order in (1.0, 2.0):
+            found = [peaks.get((mount.number, order, state)) for state in states]
+            if any(each is not None for each in found):
+                rows.append(
+                    (f"  mount {mount.number}, order {order:g}", *(number(each, ".3g", "") for each in found))
+                )
+    return [table(rows)] if len(rows) > 1 else []
 
 
 def _state(state: EngineState) -> str:

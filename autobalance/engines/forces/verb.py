@@ -262,9 +262,32 @@ def _mount_plots(mounts: MountedAnalysis) -> Drawn:
             )
             for row in mounts.responses
         ]
+        if mounts.as_the_file_is is not ABSENT:
+            (now,) = [place for place in mounts.as_the_file_is.places if place.name == name]
+            curves.append(plots.Curve("as the file is", speeds, now.velocity_rms_mm_s))
         labels = ("speed [1/min]", "velocity, RMS of all orders [mm/s]")
         drawn[f"mounts-{number}"] = plots.lines(f"On its mounts: {name}", labels, curves)
-    return {**drawn, **_order_plots(mounts, names)}
+    return {**drawn, **_order_plots(mounts, names), **_transmission_plots(mounts)}
+
+
+def _transmission_plots(mounts: MountedAnalysis) -> Drawn:
+    """Draw the transmissibility of orders 1 and 2 to each mount over the speed, of the last state."""
+    from autobalance.report import plots
+
+    speeds, drawn = mounts.speeds_rad_s / RAD_S_PER_RPM, {}
+    for order in (1.0, 2.0):
+        curves = [
+            plots.Curve(f"mount {mount.number}", speeds, row.transmissibility)
+            for state in mounts.orders[-1:]
+            for mount in state.mounts
+            for row in mount.orders
+            if row.order == order and row.transmissibility is not None
+        ]
+        if curves:
+            labels = ("speed [1/min]", "force over the shaking force [-]")
+            title = f"Transmissibility of order {order:g}, {mounts.orders[-1].name}"
+            drawn[f"mounts-transmissibility-order-{order:g}"] = plots.lines(title, labels, curves)
+    return drawn
 
 
 def _order_plots(mounts: MountedAnalysis, names: Sequence[str]) -> Drawn:
@@ -283,14 +306,15 @@ def _order_plots(mounts: MountedAnalysis, names: Sequence[str]) -> Drawn:
                 for row in place.orders
                 if row.order == order
             ]
-            measured = [
-                (row.speed_rpm, row.measured, row.axis)
-                for row in mounts.measured
-                if row.point == name and row.order == order and row.unit == "m/s²"
-            ]
             curves += [
-                plots.Curve(f"{axis}, measured at {at:g} rpm", speeds, np.full(speeds.shape, size))
-                for at, size, axis in measured
+                plots.Curve(
+                    f"{row.axis}, measured",
+                    np.array([row.speed_rpm]),
+                    np.array([row.acceleration_m_s2]),
+                    measured=True,
+                )
+                for row in mounts.measured
+                if row.point == name and row.order == order
             ]
             if curves:
                 labels = ("speed [1/min]", "acceleration, peak [m/s²]")

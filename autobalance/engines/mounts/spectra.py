@@ -107,6 +107,13 @@ class MeasuredOrder:
     as_the_file_is: float | None
     balanced: float | None
 
+    @property
+    def acceleration_m_s2(self) -> float:
+        """The measured peak as an acceleration [m/s²]."""
+        if self.unit == "m/s²":
+            return self.measured
+        return self.measured * self.order * self.speed_rpm * RAD_S_PER_RPM * M_S2_PER_MM_S2
+
 
 def state_orders(
     mounts: Mounts, shaken: Mapping[float, Shaken], name: str, factor: float | None

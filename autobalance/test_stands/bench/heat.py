@@ -361,8 +361,8 @@ def _not_fixed(rows: Sequence[FittedValue], width: Array | None) -> list[str]:
     if width is None:
         return ["there are no more readings than values to fit, so the fit has no uncertainty"]
     return [
-        f"{row.name}: the readings do not fix it, 95 % of "
-        + ("no range" if row.least is None else f"{row.least:.3g} to {row.greatest:.3g}")
+        f"{row.name}: the readings do not fix it"
+        + ("" if row.least is None else f"; it is {row.least:.3g} to {row.greatest:.3g} with 95 %")
         for row in rows
         if not row.fixed
     ]

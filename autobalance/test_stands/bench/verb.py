@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +31,7 @@ from autobalance.verbs.result import VerbResult
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from autobalance.engines.cycle.windage import Range
     from autobalance.test_stands.bench.engine_verb import EngineBenchResult
     from autobalance.test_stands.bench.heat import HeatRun
     from autobalance.test_stands.bench.input import Bench, Reading
@@ -44,12 +46,13 @@ SERIES = ("time_s", "speed_rpm", "wanted_rpm", "torque_N_m", "friction_N_m")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BenchResult(VerbResult):
-    """Runs, readings and their comparison; ``traces`` by speed of the schedule."""
+    """Runs, readings and their comparison; ``traces`` by speed of the schedule, windage by any speed."""
 
     content: BenchReport
     traces: tuple[Trace, ...] = ()
     solids: Mapping[str, bytes] = field(default_factory=dict)
     heat: HeatRun | None = None
+    windage_at: Callable[[float], Range] | None = None
 
     def text(self, units: str = "metric") -> str:
         """Return the bench as lines for people; always SI."""
@@ -58,10 +61,10 @@ class BenchResult(VerbResult):
         return bench_text(self.content)
 
     def plots(self) -> Plots:
-        """Return speed and torque over time, and the bearings' temperature through a course."""
+        """Return speed and torque over time, windage by speed, and the bearings' temperature in a course."""
         from autobalance.test_stands.bench.plots import bench_plots
 
-        return Plots(bench_plots(self.content, self.traces, self.heat))
+        return Plots(bench_plots(self.content, self.traces, self.heat, self.windage_at))
 
     def series(self) -> bytes:
         """Return all runs over time as CSV, one after the other; the time runs on."""
@@ -166,6 +169,7 @@ def _result(case: Bench, solids: bool) -> BenchResult:
         from autobalance.test_stands.bench.files import rotor_files
 
         files, written = rotor_files(case.shape, case.holes, case.polar_g_mm2)
+    windage_at = _windage_at(case)
     report = BenchReport(
         input=case.values,
         rotor=_rotor(case, unbalance, written),
@@ -174,21 +178,30 @@ def _result(case: Bench, solids: bool) -> BenchResult:
         readings=readings,
         comparison=_comparison(case, runs, readings),
         heat=None if heat is None else heat.answer,
-        windage=_windage(case, runs),
+        windage=_windage(case, runs, windage_at),
     )
-    return BenchResult(report, tuple(traces), files, heat)
+    return BenchResult(report, tuple(traces), files, heat, windage_at)
 
 
-def _windage(case: Bench, runs: Sequence[BenchRun]) -> list[BenchWindage] | None:
-    """Return the windage of disc and shaft at each speed of the schedule, beside the friction there."""
+def _windage_at(case: Bench) -> Callable[[float], Range] | None:
+    """Return the windage of disc and shaft by speed [rad/s]; None if it is not asked."""
     if case.air is None or case.shape is None:
         return None
     from autobalance.test_stands.bench.rotor import rotor_windage
 
+    return partial(rotor_windage, case.shape, case.air)
+
+
+def _windage(
+    case: Bench, runs: Sequence[BenchRun], windage_at: Callable[[float], Range] | None
+) -> list[BenchWindage] | None:
+    """Return the windage at each speed of the schedule, beside the friction there."""
+    if windage_at is None:
+        return None
     frictions = [run.friction_N_m for run in runs] or [0.0] * len(case.speeds_rpm)
     rows = []
     for speed_rpm, speed, friction in zip(case.speeds_rpm, case.speeds_rad_s, frictions, strict=True):
-        found = rotor_windage(case.shape, case.air, speed)
+        found = windage_at(speed)
         rows.append(
             BenchWindage(
                 speed_rpm=speed_rpm,
