@@ -54,7 +54,7 @@ PREFER = (
 
 
 OF_TOOLS = ("diameters_mm", "lengths_mm")
-"""Lists of which one alone may be given without brackets."""
+"""Lists that need no brackets for a single entry."""
 _KEYS: dict[type[Limits], tuple[Key, ...]] = {}
 
 

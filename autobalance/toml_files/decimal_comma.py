@@ -1,4 +1,4 @@
-"""Decimal commas in numbers that can be nothing else: read, and told by a warning.
+"""Decimal commas in numbers that can be nothing else: read, with a warning.
 
 A comma separates in TOML, so a file with one in a number is not TOML, or the number is a text. ``221,5`` is
 then 221.5. ``15,200`` may be fifteen thousand, and stays refused.
@@ -14,7 +14,7 @@ NUMBER: Final = r"[+-]?(\d+),(\d+)"
 """A number with one comma: its digits before and after it."""
 TYPED = re.compile(rf"{NUMBER}(?![.,\d])")
 IN_TOML = re.compile(rf"(?<==)(\s*)({NUMBER})(?=\s*(?:#.*)?$|\s*}}|\s*,\s*[A-Za-z_][\w-]*\s*=)")
-"""Such a number as a whole value, in a line of its own or in a table in braces, never in a list."""
+"""Such a number as a whole value, alone in its line or in a table in braces, never in a list."""
 THOUSANDS: Final = 3
 """Digits of a group of thousands."""
 

@@ -256,8 +256,8 @@ def balance(
         Report whose cuts are kept with new depths: places, tools, faces and numbers stay; None: the job's
         ``correction.keep``.
     cuts : sequence of dict or None
-        Cuts to be made exactly so, as ``[[correction.cut]]`` of the job has them: entries of a report's
-        ``corrections`` as they are, or changed. Nothing is planned then.
+        Cuts that are made exactly as listed, in the form of ``[[correction.cut]]`` of the job: entries of a
+        report's ``corrections`` as they are, or changed. Nothing is planned then.
     fem : bool
         Compute how the rods bend the webs at service speed, before and after the cuts: the weakest section of
         each web, and by finite elements the throw that loses most (extra fem).

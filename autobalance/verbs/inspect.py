@@ -104,9 +104,9 @@ def inspect(
         are suggested; alone: the job's factor. ``report["suggestions"]`` then lists the bores, weights or
         turned rims that reach it, each one tried. Empty: the job's own factor.
     against : path, Crank or None
-        Drawing, or another crank, that this one is compared with: distances of its surface, mass, unbalance.
+        CAD model or another crank to compare with: distances of its surface, mass, unbalance.
     **keywords
-        Those of ``read_crank``, where ``crank`` is a path, and keys of a job as for ``balance``: with
+        Arguments of ``read_crank``, if ``crank`` is a path, and keys of a job as for ``balance``. With
         rotating_g and reciprocating_g the report has ``present``, the balance factor of the crank as it is.
 
     Raises

@@ -40,11 +40,10 @@ class DrillLimits(Limits):
     direction : "radial" or "axial"
         Into the rim, towards the axis; or into the web, along the axis.
     diameters_mm : tuple of float or None
-        Drills available; the plan tries them all; None: the program picks from ``series``.
+        Drills available, each of them tried; None: the program picks from ``series``.
     series : "mm", "inch", "letter" or "number", or tuple of these and diameters, or None
-        Drills from which the program picks, or a list of these and of diameters: "mm" (whole and half
-        millimetres 4 to 25), "inch" (fractions 1/8 to 1), "letter" (A to Z), "number" (60 to 1); None: the
-        shop's drills, else "mm".
+        Drills to pick from: "mm" (4 to 25 in steps of 0.5), "inch" (fractions 1/8 to 1), "letter" (A to Z),
+        "number" (60 to 1), or a list of these and diameters; None: the shop's, else "mm".
     max_drills : int
         Different drills in one plan, at most.
     point_angle_deg : float

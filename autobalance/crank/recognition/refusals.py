@@ -61,7 +61,7 @@ class _Neck:
         return self.sections[-1].z_mm
 
     def text(self, layout: JournalLayout) -> str:
-        """Return what it is, its length and its place."""
+        """Return its kind, its length and its place."""
         along = 0.5 * (self.low + self.high) - layout.pins[0].z_mid
         return (
             f"{self.what}, {self.high - self.low:.3g} mm long, {along:.4g} mm from crankpin 1 along the axis"
@@ -219,10 +219,10 @@ def refuse_unexplained(long: SectionStack, layout: JournalLayout, webs: Sequence
 def left_out_by_job(
     long: SectionStack, layout: JournalLayout, webs: Sequence[Web], overrides: Overrides
 ) -> tuple[str, ...]:
-    """Return what a job's own journals or crankpins leave unexplained: bare cylinders within its webs.
+    """Return the bare cylinders within the webs that a job's own journals or crankpins leave unexplained.
 
-    ``webs`` are placed as the layout is. A cylinder beside the axis, apart from the webs, is told as one that
-    is not a crankpin. A job that names its main journals means no other cylinder beside a web.
+    ``webs`` are placed as the layout is. A cylinder beside the axis, apart from the webs, is listed as one
+    that is not a crankpin. A job that names its main journals means no other cylinder beside a web.
     """
     keys = [key for key in ("main_journals", "crankpins") if getattr(overrides, key) is not None]
     if not keys or layout.bored or layout.lone_bores:
@@ -256,7 +256,7 @@ def _necks(long: SectionStack, layout: JournalLayout, webs: Sequence[Web]) -> It
 
 
 def _beside(long: SectionStack, layout: JournalLayout) -> Iterator[_Neck]:
-    """Yield each cylinder beside the axis where no crankpin is."""
+    """Yield each cylinder beside the axis that is not at a crankpin."""
     for beside, some in groupby(long.sections, lambda s: _is_beside(s, layout)):
         sections = list(some)
         low, high = sections[0].z_mm, sections[-1].z_mm

@@ -112,7 +112,7 @@ class MainLoads:
 class MeanLoads:
     """Means over the cycle of friction and of the mains' loads at any speed: from the Gauss points alone.
 
-    Components x of all points stand before components y of all: a sum at a speed is then one of real numbers.
+    Components x of all points are before components y of all: a sum at a speed is then one of real numbers.
 
     Attributes
     ----------
@@ -136,7 +136,7 @@ class MeanLoads:
 
     @classmethod
     def of(cls, firing: FiringEngine, parts: LoadParts) -> MeanLoads:
-        """Return what means need of the parts of an engine."""
+        """Return the parts of an engine that its means need."""
         grid = firing.grid
         points = slice(grid.even_rad.size, None)
         turned = np.exp(1j * grid.angle_rad[points])

@@ -254,7 +254,7 @@ class LoadParts:
 
     @property
     def walls(self) -> WallLoads:
-        """What presses the pistons on their walls."""
+        """Forces that press the pistons on their walls."""
         steady = self.gas.wall_n if self.weight is None else self.gas.wall_n + self.weight.rods.wall_n
         return WallLoads(self.gas_state.force_n, steady, self.rods.wall_n)
 

@@ -1,9 +1,9 @@
 """Friction of pistons by their side force and of rings by the gas: force, loads and torque by crank angle.
 
 On each piston friction is −sgn(ẋ) f along the cylinder, f = μ(ẋ) |N| + μ_r (F_t + π B h Δp) + c |ẋ|, with N
-the wall's force. It leans on the rod as gas does, so that N itself depends on it: N = A + W sgn(ẋ) f, where
-A is the wall's force without friction and W what a force along the cylinder makes of it (tan of the rod's
-angle; link rods push their master aside too). Its torque on the crank is f |x′|, by the work that it takes.
+the wall's force. It acts on the rod as gas does, so that N itself depends on it: N = A + W sgn(ẋ) f. A is the
+wall's force without friction, W its change by a unit force along the cylinder: tan of the rod's angle (link
+rods push their master aside too). Its torque on the crank is f |x′|, by the work that it takes.
 """
 
 from __future__ import annotations
@@ -154,7 +154,7 @@ class WallLoads:
 
 @dataclass(frozen=True, eq=False)
 class PushedRods:
-    """What forces along the cylinders do to walls and crankpins, by 1 N along each (c, n).
+    """Response of walls and crankpins to 1 N along each cylinder (c, n).
 
     Attributes
     ----------
@@ -220,7 +220,7 @@ class PushedRods:
 
 @dataclass(frozen=True, eq=False)
 class PistonFrictionParts:
-    """What friction needs at any speed: wall forces of gas, weight and inertia, and responses to a force.
+    """Parts of friction at any speed: wall forces of gas, weight and inertia, and responses to a force.
 
     Attributes
     ----------
@@ -360,7 +360,7 @@ class PistonFrictionParts:
     def _sizes_n(self, speed_rad_s: float) -> tuple[Array, Array]:
         """Return the sizes of the skirts' friction and of the rings', (c, n) each [N].
 
-        |N| = |A₁|/(1 − σ W s μ) is exact where no other piston's friction moves its wall force; link rods and
+        |N| = |A₁|/(1 − σ W s μ) is exact if no other piston's friction moves its wall force; link rods and
         their master are balanced in turns.
         """
         friction, bare = self.friction, self.bare_walls_n(speed_rad_s)
@@ -387,7 +387,7 @@ class PistonFrictionParts:
         return skirt, rings
 
     def _skirts_n(self, pushed: Array, mu: Array | float, least: Array | None) -> Array:
-        """Return the skirts' friction (c, n) with wall forces of all but their own friction [N]."""
+        """Return the skirts' friction (c, n) with wall forces of everything except their own friction [N]."""
         lean = self._lean * mu
         facing = np.abs(pushed) / (1.0 - np.sign(pushed) * lean)
         if least is not None:  # a tilted piston presses with both ends
@@ -396,7 +396,7 @@ class PistonFrictionParts:
         return result
 
     def mains_n(self, speed_rad_s: float) -> Complex:
-        """Return what friction adds to the mains (m, n) at a speed, x + iy [N]."""
+        """Return the loads of the mains (m, n) by friction at a speed, x + iy [N]."""
         mains = self.rods.mains_n(self.at(speed_rad_s).along_n)
         result: Complex = mains[:, 0] + 1j * mains[:, 1]
         return result
@@ -412,11 +412,11 @@ class PistonFrictionParts:
         return result
 
     def loads(self, angle_rad: Array, speed_rad_s: float) -> Loads:
-        """Return what friction adds to all loads at a speed, at the angles of its parts."""
+        """Return all loads by friction at a speed, at the angles of its parts."""
         return loads(self.engine, self.mains_z_mm, 0.0, angle_rad, gas_n=self.at(speed_rad_s).along_n)
 
     def equivalent_inertia_g_mm2(self, angle_rad: Array, speed_rad_s: float) -> Array:
-        """Return what friction adds to the inertia that the crank feels, ∂(f |x′|)/∂θ̈ (n,) [g·mm²].
+        """Return the inertia that friction adds to the crank, ∂(f |x′|)/∂θ̈ (n,) [g·mm²].
 
         References
         ----------

@@ -97,7 +97,7 @@ class SolvedPart:
 # Cash and Karp's Runge–Kutta of order 5 (ACM Trans. Math. Softw. 16, 1990)
 PLACES = (0.0, 0.2, 0.3, 0.6, 1.0, 0.875)
 STEP = (37 / 378, 250 / 621, 125 / 594, 512 / 1771)
-"""Weights of stages 1, 3, 4 and 6; the others have none."""
+"""Weights of stages 1, 3, 4 and 6; those of the others are 0."""
 
 
 def _solved(gas: GasEquation, edges_rad: Array) -> Array:
