@@ -40,6 +40,9 @@ def test_a_slow_ramp_gives_the_steady_peak() -> None:
     shares = [each["greatest_torque_N_m"] / each["steady_torque_N_m"] for each in peaks]
     assert shares == sorted(shares)
     assert shares[-1] == pytest.approx(1.0, abs=0.003)
+    for each in peaks:  # T J₂/(J₁ + J₂) raised by 1/(2 ζ), though no speed of the plot meets the resonance
+        assert each["steady_torque_N_m"] == pytest.approx(50.0 * (5.0 / 7.0) / (2.0 * 0.01), rel=2e-4)
+        assert each["steady_at_rpm"] == pytest.approx(CRITICAL_RPM, rel=2e-4)
     late = [each["at_rpm"] - CRITICAL_RPM for each in peaks]
     assert late[0] > late[1] > late[2] > 0.0
 
@@ -77,6 +80,22 @@ def test_an_undamped_resonance_is_passed_as_fresnels_integrals_say() -> None:
     swing = 50.0 * (inertia / 0.02) / (2.0 * inertia * omega) * math.hypot(*parts)
     assert math.hypot(*parts) == pytest.approx(math.sqrt(2.0 * math.pi / acceleration), rel=0.1)
     assert last == pytest.approx(20000.0 * swing, rel=0.05)
+
+
+@pytest.mark.parametrize("stiffness", [1e7, 1e10])
+def test_a_rigid_shaft_carries_what_turns_the_other_inertia(stiffness: float) -> None:
+    """Limit k → ∞: of a torque T on one inertia the shaft carries T J₂/(J₁ + J₂), at any rate.
+
+    The stiffest swings a thousand times as fast as its torque: a step of the torque's has many turns of it.
+    """
+    rigid = [{"N_m_rad": stiffness, "diameter_mm": 30.0}]
+    omega = 2.0 * 6500.0 * math.pi / 30.0
+    raised = 1.0 / (1.0 - omega**2 / (stiffness / 0.02 + stiffness / 0.05))
+    for rate in (500.0, 20000.0):
+        found = run_up(rate, spring=rigid)
+        (shaft,) = found["shafts"]
+        assert shaft["greatest_torque_N_m"] == pytest.approx(raised * 50.0 * 50.0 / 70.0, rel=5e-4)
+        assert found["energy_error"] < 1e-5
 
 
 def test_two_integrations_agree() -> None:

@@ -16,25 +16,28 @@ import math
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from scipy.linalg import expm
 
 from autobalance.crank_dynamics.torsion.chain import shear_stress_pa
+from autobalance.crank_dynamics.torsion.exact_steps import exact_steps
 from autobalance.crank_dynamics.torsion.excited import ExcitedTrain
 from autobalance.crank_dynamics.torsion.model import RunUp
-from autobalance.crank_dynamics.torsion.train import modal_damping
+from autobalance.crank_dynamics.torsion.steady_train import (
+    WINDOW_RAD,
+    SteadyTrain,
+    steady_peaks,
+    steady_torques_n_m,
+)
 from autobalance.crank_dynamics.torsion.train_model import Coupling
 from autobalance.declare import Mpa, Mrad, NewtonMetres, NotNegative, Rpm, record
-from autobalance.types import Array, Complex
+from autobalance.types import Array
 
 STEPS_A_PERIOD = 48
 """Steps within the shortest period of any order."""
 MOST_STEPS = 600_000
-GAUSS = tuple(zip((0.5 - 0.15**0.5, 0.5, 0.5 + 0.15**0.5), (5 / 18, 8 / 18, 5 / 18), strict=True))
-"""Places in a step and their weights."""
 GREGORY = (
     5257 / 17280, 22081 / 15120, 54851 / 120960, 103 / 70, 89437 / 120960, 16367 / 15120, 23917 / 24192,
 )  # fmt: skip
@@ -43,10 +46,6 @@ TOLERANCE = 1e-8
 """Relative, of a step of the non-linear integration."""
 SLIPPING_SHARE = 0.01
 """Width of the change of sign of dry friction, over the largest relative speed in the steady state."""
-WINDOW_RAD = 4.0 * math.pi
-"""Angle over which the largest torque is taken: a whole cycle of four strokes."""
-ANGLES = 1440
-"""Angles of that window at which the steady torque is summed up."""
 MOST_POINTS = 400
 
 
@@ -155,67 +154,6 @@ class RunUpFigures:
 
 
 @dataclass(frozen=True, eq=False)
-class _System:
-    """Matrices of the independent angles (q, q), and the torques of the orders on them."""
-
-    mass: Array
-    damping: Array
-    stiffness: Array
-    basis: Array
-    orders: Array
-    gas: Complex
-    """(orders, q)"""
-    square: Complex
-    """Torque over Ω² (orders, q)."""
-
-    @classmethod
-    def of(cls, model: ExcitedTrain) -> _System:
-        train, basis = model.named.train, model.named.train.basis
-        stiffness = basis.T @ train.stiffness() @ basis
-        mass = basis.T**2 @ train.inertias_kg_m2
-        damping = basis.T @ train.damping() @ basis
-        if model.damping_ratio > 0.0:
-            damping = damping + modal_damping(stiffness, mass, model.damping_ratio)
-        speeds = np.array([1.0, 2.0])
-        both = np.stack([model.torque_at(order, speeds) @ basis for order in model.orders])
-        square = (both[:, 1] - both[:, 0]) / 3.0
-        gas = both[:, 0] - square
-        felt = np.abs(both).any(axis=(1, 2))
-        orders = np.array(model.orders, dtype=np.float64)[felt]
-        return cls(mass, damping, stiffness, basis, orders, gas[felt], square[felt])
-
-    def torque(self, ramp: RunUp, time_s: Array) -> Array:
-        """Return the torques at times (n, q)."""
-        speed, phase = ramp.speed(time_s), ramp.phase(time_s)
-        turn = np.exp(1j * np.multiply.outer(phase, self.orders))
-        return np.asarray((turn @ self.gas + (speed**2)[:, None] * (turn @ self.square)).real)
-
-    def steady(self, speed_rad_s: float) -> Array:
-        """Return angles and their rates (2 q,) of the steady state at phase 0; without a resonance's."""
-        state = np.zeros(2 * len(self.mass))
-        for order, gas, square in zip(self.orders, self.gas, self.square, strict=True):
-            omega = float(order) * speed_rad_s
-            dynamic = self.stiffness + 1j * omega * self.damping - omega**2 * np.diag(self.mass)
-            try:
-                angle = np.linalg.solve(dynamic, gas + speed_rad_s**2 * square)
-            except np.linalg.LinAlgError:
-                continue
-            state += np.concatenate([angle.real, (1j * omega * angle).real])
-        return state
-
-    @property
-    def matrix(self) -> Array:
-        """A of ẋ = A x + b, x the angles and their rates (2 q, 2 q)."""
-        count = len(self.mass)
-        return np.block(
-            [
-                [np.zeros((count, count)), np.eye(count)],
-                [-self.stiffness / self.mass[:, None], -self.damping / self.mass[:, None]],
-            ]
-        )
-
-
-@dataclass(frozen=True, eq=False)
 class Passage:
     """A way through the speeds: torque and twist of each link over time (n, m), and the energies."""
 
@@ -242,7 +180,7 @@ def run_up_figures(model: ExcitedTrain, ramp: RunUp, frictions: Sequence[LinkFri
     ValueError
         If it would take more than ``MOST_STEPS`` steps.
     """
-    system, train = _System.of(model), model.named.train
+    system, train = SteadyTrain.of(model), model.named.train
     highest = max(system.orders.tolist(), default=1.0) * max(ramp.from_rad_s, ramp.to_rad_s)
     count = 16 + math.ceil(STEPS_A_PERIOD * ramp.duration_s * highest / (2.0 * math.pi))
     if count > MOST_STEPS:
@@ -257,14 +195,14 @@ def run_up_figures(model: ExcitedTrain, ramp: RunUp, frictions: Sequence[LinkFri
     bent = bool(curves or frictions)
     passed = ahead.bent(time) if bent else ahead.straight(time)
     speeds, greatest = _envelope(ramp, passed)
-    steady = _steady(model, system, speeds)
+    steady = steady_torques_n_m(model, system, speeds)
     return RunUpFigures(
         from_rad_s=ramp.from_rad_s,
         to_rad_s=ramp.to_rad_s,
         rate_rpm_s=ramp.rate_rad_s2 * 30.0 / math.pi,
         duration_s=ramp.duration_s,
         nonlinear=bent,
-        shafts=_shafts(model, ramp, passed, speeds, steady),
+        shafts=_shafts(model, ramp, passed, steady_peaks(model, system, ramp, speeds)),
         points=[
             RunUpPoint(
                 speed_rad_s=float(speed),
@@ -293,7 +231,7 @@ def _curves(model: ExcitedTrain) -> tuple[LinkCurve, ...]:
 class _Ahead:
     """A run-up to be followed; ``links`` (m, q) take angles to twists."""
 
-    system: _System
+    system: SteadyTrain
     ramp: RunUp
     links: Array
     springs: Array
@@ -304,16 +242,9 @@ class _Ahead:
     def straight(self, time_s: Array) -> Passage:
         """Return the passage of a linear train, step by step by the matrix exponential."""
         system, count = self.system, len(self.system.mass)
-        step, matrix = float(time_s[1] - time_s[0]), system.matrix
-        through = expm(matrix * step)
-        forced = np.zeros((len(time_s) - 1, 2 * count))
-        for place, weight in GAUSS:
-            faster = system.torque(self.ramp, time_s[:-1] + place * step) / system.mass
-            forced += weight * step * faster @ expm(matrix * (1.0 - place) * step)[:, count:].T
-        state = np.zeros((len(time_s), 2 * count))
-        state[0] = here = system.steady(self.ramp.from_rad_s)
-        for row, added in enumerate(forced, 1):
-            state[row] = here = through @ here + added
+        step, start = float(time_s[1] - time_s[0]), system.steady(self.ramp.from_rad_s)
+        torques = partial(system.torque, self.ramp)
+        state = exact_steps(system.mass, system.damping, system.stiffness, torques, start, time_s)
         rates = state[:, count:]
         power = (system.torque(self.ramp, time_s) * rates).sum(axis=1)
         lost = ((rates @ system.damping) * rates).sum(axis=1)
@@ -421,35 +352,22 @@ def _envelope(ramp: RunUp, passed: Passage) -> tuple[Array, Array]:
     return 0.5 * (speed[begins] + speed[ends]), greatest
 
 
-def _steady(model: ExcitedTrain, system: _System, speeds_rad_s: Array) -> Array:
-    """Return the steady peak torque of each link (k, m), all orders summed up; NaN at a resonance."""
-    angle = np.linspace(0.0, WINDOW_RAD, ANGLES, endpoint=False)
-    turn = np.exp(1j * np.multiply.outer(angle, system.orders))
-    orders = [model.response(float(order), speeds_rad_s).torques_n_m for order in system.orders]
-    if not orders:
-        return np.zeros((len(speeds_rad_s), len(model.named.train.links)))
-    peaks = np.stack(orders, axis=1)  # (speeds, orders, links)
-    return np.array([np.abs((turn @ each).real).max(axis=0) for each in peaks])
-
-
 def _shafts(
-    model: ExcitedTrain, ramp: RunUp, passed: Passage, speeds: Array, steady: Array
+    model: ExcitedTrain, ramp: RunUp, passed: Passage, steady: Sequence[tuple[float, float] | None]
 ) -> list[RunUpShaft]:
     rows = []
     for link, (first, second) in enumerate(model.named.train.links.tolist()):
         torque = np.abs(passed.torque_n_m[:, link])
         at = int(np.argmax(torque))
-        still = steady[:, link]
-        known = bool(np.isfinite(still).all())
-        highest = int(np.argmax(still)) if known else 0
+        still = steady[link]
         diameter = model.named.diameters_m[link]
         rows.append(
             RunUpShaft(
                 between=f"{model.named.names[first]} – {model.named.names[second]}",
                 greatest_torque_n_m=float(torque[at]),
                 at_rad_s=float(ramp.speed(passed.time_s[at])),
-                steady_torque_n_m=float(still[highest]) if known else None,
-                steady_at_rad_s=float(speeds[highest]) if known else None,
+                steady_torque_n_m=None if still is None else still[0],
+                steady_at_rad_s=None if still is None else still[1],
                 greatest_twist_rad=float(np.abs(passed.twist_rad[:, link]).max()),
                 greatest_stress_pa=None if diameter is None else float(shear_stress_pa(torque[at], diameter)),
             )
