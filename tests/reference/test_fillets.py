@@ -339,6 +339,14 @@ def test_torsional_vibration_comes_on_top_of_statics() -> None:
         told = grid.even(rows[key].torsion_MPa - rest[key].torsion_MPa)
         assert told == pytest.approx(stress, abs=5e-5 * np.abs(stress).max())  # the gas jumps
         assert np.abs(stress).max() > 2.0
+    # the figures of docs/theory.md: nominal torsion of the journal's fillet, and the rule's Q
+    figures = [
+        (row["stress"]["torsion_alternating_MPa"], row["m53"]["factor"])
+        for each in (still, found)
+        for row in each.report["fillets"]
+        if (row["place"], row["web"]) == ("journal", 2)
+    ]
+    assert figures == [pytest.approx((63.6, 1.31), rel=5e-3), pytest.approx((84.9, 1.24), rel=5e-3)]
     # nothing else changes, and both say what they count
     assert rows["journal 1"].bending_MPa == pytest.approx(rest["journal 1"].bending_MPa)
     counted, left_out = (each.report["torsional_vibration"] for each in (found, still))
@@ -350,6 +358,20 @@ def test_torsional_vibration_comes_on_top_of_statics() -> None:
     assert not any("torsional vibration" in text for text in found.report["warnings"])
     assert still.report["left_out"][0] == "torsional vibration"
     assert "torsional vibration" not in found.report["left_out"]
+
+
+def test_a_rigid_crank_on_a_heavy_flywheel_has_statics_alone() -> None:
+    """Limits G → ∞ and flywheel → ∞: nothing swings, each journal carries the sum of the throws before it."""
+    cycle = {**job().raw["cycle"], "flywheel_kg_mm2": 1e9}
+    added = [
+        ab.strength(
+            job(cycle=cycle, torsion={"damping_ratio": 0.01, "shear_modulus_gpa": modulus}), crank=single()
+        ).report["torsional_vibration"]["greatest_added_N_m"]
+        for modulus in (80.0, 8e5, 8e8)
+    ]
+    assert added[0] > 10.0
+    assert added[1] < 1e-3 * added[0]
+    assert added[2] < 1e-4 * added[0]  # what turns the flywheel itself is left
 
 
 def test_over_the_speeds_the_least_safety_is_that_of_each_speed_alone() -> None:

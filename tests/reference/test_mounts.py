@@ -306,6 +306,30 @@ def test_far_above_its_mounts_nothing_gets_through() -> None:
     assert max(row["orders"][0]["transmissibility"][-1] for row in through[1]) > 0.3
 
 
+@pytest.mark.parametrize(("stiffness_g_s2", "precision"), [(1e16, 1e-4), (1e20, 1e-8)])
+def test_on_mounts_of_no_give_all_force_and_moment_get_through(
+    stiffness_g_s2: float, precision: float
+) -> None:
+    """Limit k → ∞: forces of the mounts and their moments are those that shake the engine; nothing moves."""
+    rng = np.random.default_rng(5)
+    places = np.array([[-250.0, 700.0, 0.0], [-250.0, -650.0, -80.0], [-250.0, -650.0, 80.0]])
+    held = tuple(Mount(each, stiffness_g_s2 * rng.uniform(1.0, 3.0, 3), 0.07) for each in places)
+    centre = np.array([120.0, -60.0, 0.0])
+    engine = MountedEngine(145e3, centre, np.diag([9e9, 1.1e10, 1.4e10]), held)
+    omega = np.array([30.0, 700.0])
+    wrench = rng.normal(size=(2, 6)) + 1j * rng.normal(size=(2, 6))
+    wrench[:, 3:] *= 300.0
+    motion = engine.response(omega, wrench)
+    through = np.zeros((2, 6), dtype=complex)
+    for row, rate in enumerate(omega):
+        for number, mount in enumerate(held):
+            force = mount.spring_g_s2(np.array([rate]))[0] * (engine.stretches(number) @ motion[row])
+            through[row, :3] += force
+            through[row, 3:] += np.cross(places[number] - centre, force)
+    assert through == pytest.approx(wrench, rel=precision, abs=precision)
+    assert np.abs(motion[:, :3]).max() < 1e3 / stiffness_g_s2
+
+
 def test_measured_orders_stand_beside_the_computed_ones(tmp_path: Path) -> None:
     job = shaken_job()
     computed = mounted_report(job)["orders"][0]

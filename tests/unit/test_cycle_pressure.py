@@ -181,6 +181,21 @@ def test_gamma_that_falls_with_temperature_lowers_peak_and_efficiency() -> None:
     assert real.torque_work_n_mm == pytest.approx(real.work_n_mm, rel=1e-8)
 
 
+@pytest.mark.parametrize("walls", [None, Woschni(450.0, 300.0)], ids=["adiabatic", "woschni"])
+def test_heat_is_work_and_what_the_gas_keeps(walls: Woschni | None) -> None:
+    """First law to 1e-9: d(p V)/(γ − 1) with γ − 1 = a + b p V has a logarithm for integral."""
+    heat, gamma_per_k = Wiebe(deg(-15.0), deg(50.0), 5.0, 3.0, HEAT), -7e-5
+    solved = SolvedPart.of(SHORT_ROD, Charge(BAR, 330.0, 1.35, gamma_per_k), heat, (-math.pi, math.pi), walls)
+    first, last = (float(solved.table[1][place]) for place in (0, -1))
+    b = gamma_per_k * 330.0 / first
+    a = 0.35 - gamma_per_k * 330.0
+    kept = math.log((a + b * last) / (a + b * first)) / b
+    released = float(heat.released_n_mm(np.array([math.pi]))[0])
+    assert (solved.wall_heat_n_mm > 0.0) is (walls is not None)
+    balance = released - solved.wall_heat_n_mm - solved.work_n_mm - kept
+    assert abs(balance) < 1e-9 * released
+
+
 def test_gas_below_absolute_zero_is_refused() -> None:
     gas = GasEquation(SHORT_ROD, CHARGE, None, -math.pi, Woschni(450.0, 300.0))
     with pytest.raises(ValueError, match="it must stay above 0 K"):
