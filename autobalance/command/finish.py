@@ -87,7 +87,11 @@ def _page(arguments: argparse.Namespace, result: VerbResult) -> tuple[Path, byte
 
 
 def usual_folder(source: Path, result: VerbResult) -> Path:
-    """Return the default folder of a page: ``NAME-compare`` next to the file that was read."""
+    """Return the default folder of a page: ``NAME-compare`` next to a job; with the job of a crank's file."""
+    from autobalance.verbs.crank_job import default_folder, is_crank
+
+    if is_crank(source):
+        return default_folder(source)
     return source.with_name(f"{source.stem}-{result.report['command']}")
 
 

@@ -150,4 +150,4 @@ class _Signatures(Flowable):  # type: ignore[misc]
         pen, share = Pen(self.canv, 2.0 * SIGN_MM), self.wide_mm / 3.0
         for k, name in enumerate(("balanced by, date", "checked by, date", "received by, date")):
             pen.line(k * share, 22.0, (k + 1) * share - 6.0, 22.0, SOFT, 0.2)
-            pen.text(k * share, 25.2, name, 6.5, SOFT)
+            pen.text(k * share, 25.2, name, 8.0)

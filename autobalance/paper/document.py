@@ -14,7 +14,7 @@ from reportlab import rl_config
 from reportlab.lib.styles import ParagraphStyle
 from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate, Paragraph
 
-from autobalance.paper.lettering import POINTS_PER_MM, font_of, safe
+from autobalance.paper.lettering import POINTS_PER_MM, SMALLEST_PT, font_of, safe
 from autobalance.paper.pen import INK, Pen
 from autobalance.paper.title_block import FOOT_MM, MARGIN_MM, NumberedCanvas, Sheet, title_block
 from autobalance.wording import part_name
@@ -22,8 +22,6 @@ from autobalance.wording import part_name
 Paper = Literal["A4", "Letter"]
 PAPERS_MM = {"A4": (210.0, 297.0), "Letter": (215.9, 279.4)}
 SIZES_PT = {"A4": (595.2756, 841.8898), "Letter": (612.0, 792.0)}
-SMALLEST_PT = 8.0
-"""Smallest type of a sentence: a sheet is read at a machine, at arm's length."""
 NO_NUMBER_FIRST = re.compile(r" (?=[-−+±]?\d)")
 """Spaces at which prose must not break: only rows of tables begin with a number."""
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from autobalance.errors import FormatError
 from autobalance.paper.drawing import MIN_AXIAL_COMPONENT, Drawings, WebDrawing, webs_cut
+from autobalance.report.balance.datums import with_design_radii
 from autobalance.report.display_units import ON_PAPER, DisplayUnits, UnitSystem
 from autobalance.solid.csg.region import Polygons
 from autobalance.types import Item
@@ -60,7 +61,7 @@ def dxf(report: Mapping[str, Any], drawings: Drawings, units: UnitSystem = "metr
     """
     require_ezdxf()
     with _untimed():
-        return _bytes(_document(report, drawings, ON_PAPER[units]))
+        return _bytes(_document(with_design_radii(report), drawings, ON_PAPER[units]))
 
 
 @contextmanager

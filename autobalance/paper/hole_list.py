@@ -8,7 +8,7 @@ import io
 from autobalance.paper.cuts import side_of
 from autobalance.paper.setup import set_up_letter
 from autobalance.report.balance import kinds
-from autobalance.report.balance.datums import angle_datum
+from autobalance.report.balance.datums import angle_datum, with_design_radii
 from autobalance.report.display_units import ON_PAPER, UnitSystem
 from autobalance.types import Report
 from autobalance.units import wrapped_deg
@@ -21,7 +21,7 @@ def hole_list(report: Report, units: UnitSystem = "metric") -> bytes:
 
     Lengths and masses are in the units that the names of their columns end with.
     """
-    u = ON_PAPER[units]
+    u, report = ON_PAPER[units], with_design_radii(report)
     mm, g = ("mm", "g") if u.is_metric else ("in", "oz")
     datum = angle_datum(report)
     key = datum["angle_deg"] if datum is not None and datum["of"] == "keyway" else None

@@ -9,6 +9,8 @@ FALLBACK = "DejaVuSans"
 """Font in the package for Latin, Greek and Cyrillic names; the PDF embeds the letters used."""
 POINTS_PER_MM = 72.0 / 25.4
 ELLIPSIS = "..."
+SMALLEST_PT = 8.0
+"""Smallest type: a sheet is read at a machine, at arm's length."""
 
 
 def builtin(text: str) -> bool:
@@ -75,7 +77,7 @@ def _broken(word: str, size: float, room_mm: float) -> list[str]:
     return parts
 
 
-def fitted(text: str, size: float, room_mm: float, least: float = 5.0) -> float:
+def fitted(text: str, size: float, room_mm: float, least: float = SMALLEST_PT) -> float:
     """Return the font size at which a text fits, not below ``least``."""
     wide = width_mm(text, size)
     return size if wide <= room_mm else max(least, size * room_mm / wide)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import Any
 
 from reportlab.platypus import Flowable
@@ -12,7 +12,7 @@ from reportlab.platypus import Flowable
 from autobalance.paper.cheeks import Cheek
 from autobalance.paper.drawing import webs_cut
 from autobalance.paper.lettering import fitted, lines_of, safe
-from autobalance.paper.pen import INK, RULE, SOFT, Pen
+from autobalance.paper.pen import INK, RULE, Pen
 from autobalance.paper.tables import Column, table
 from autobalance.report.balance import kinds
 from autobalance.report.balance.zero import Zero
@@ -23,18 +23,24 @@ from autobalance.wording import NO_VALUE, degrees
 SAME_STEP_DEG = 0.05
 FEWEST_ALIKE = 3
 """Fewest equal holes on a circle that share one instruction."""
-SIZE, LINE_MM, GAP_MM = 6.6, 2.75, 1.1
-CUT_MM = 10.0
+SIZE, LINE_MM, GAP_MM = 8.0, 3.3, 1.2
+CUT_MM = 15.0
+SHARES = (0.23, 0.29, 0.24, 0.24)
+"""Widths of the columns beside a view: angles, z and radius, x and y, walls."""
 
 
 @dataclass(frozen=True)
 class Making:
-    """A cut, or several equal ones: instruction, angles from the zero, coordinates, wall, depth left."""
+    """A cut, or several equal ones: instruction, angles from the zero, coordinates, wall, depth left.
+
+    ``first`` has the first angle, ccw and cw, for a column too narrow for both ends.
+    """
 
     label: str
     what: str
     ccw: str
     cw: str
+    first: tuple[str, str]
     radius: str
     x: str
     y: str
@@ -98,18 +104,19 @@ def _making(run: Sequence[Item], zero: Zero, cheeks: Mapping[int, Cheek], u: Dis
     label, ccw, cw = f"cut {item['number']}", NO_VALUE, NO_VALUE
     if known:
         ccw, cw = degrees(known[0]), degrees(-known[0])
-    alone = len(run) == 1
+    alone, first = len(run) == 1, (ccw, cw)
     if not alone:
         numbers = [int(each["number"]) for each in run]
         diameter, depth = u.mm(item["diameter_mm"], u.diameter_digits), u.mm(item["depth_mm"])
         name = f" ({item['drill']})" if item.get("drill") else ""
         what = f"Drill {len(run)} × ⌀{diameter}{name}, {depth} deep"
         what += f", at {degrees(known[0])} … {degrees(known[-1])} every {_step(run, 1):.1f}°"
+        first = (f"{ccw} …", f"{cw} …")
         label = f"cuts {_numbers(numbers)}"
         cw = f"{degrees(-known[0])} … {degrees(-known[-1])}"
         ccw = f"{degrees(known[0])} … {degrees(known[-1])}"
     return Making(
-        label, what, ccw, cw,
+        label, what, ccw, cw, first,
         u.mm(item.get("entry_radius_mm", item["radius_mm"])),
         u.mm(item["position_mm"][0]) if alone else NO_VALUE,
         u.mm(item["position_mm"][1]) if alone else NO_VALUE,
@@ -120,8 +127,9 @@ def _making(run: Sequence[Item], zero: Zero, cheeks: Mapping[int, Cheek], u: Dis
 
 
 def _numbers(numbers: Sequence[int]) -> str:
+    numbers = sorted(numbers)
     in_row = all(two == one + 1 for one, two in pairwise(numbers))
-    return f"{numbers[0]}-{numbers[-1]}" if in_row else ", ".join(map(str, sorted(numbers)))
+    return f"{numbers[0]}-{numbers[-1]}" if in_row else ", ".join(map(str, numbers))
 
 
 def _instruction(item: Item, u: DisplayUnits) -> str:
@@ -149,33 +157,33 @@ class SideTable:
         lines = sum(2 + len(text) for text in self.texts)
         self.high_mm = 2.0 * LINE_MM + 2.4 + lines * LINE_MM + GAP_MM * len(rows)
 
+    def _ends_mm(self, x: float) -> list[float]:
+        """Return the right ends of the columns."""
+        wide = self.wide_mm - CUT_MM
+        return [x + CUT_MM + wide * share for share in accumulate(SHARES)]
+
     def draw(self, pen: Pen, x: float, down: float) -> None:
         """Draw heading and rows; the corner of the box is at (x, down)."""
-        heads = (
-            "ccw, cw",
-            f"z, radius {self.u.length}",
-            f"x, y {self.u.length}",
-            f"wall, left {self.u.length}",
-        )
-        share = (self.wide_mm - CUT_MM) / len(heads)
-        pen.text(x, down + 2.6, "cut", 6.2, SOFT)
+        heads = ("ccw, cw", "z, radius", "x, y", "wall, left")
+        ends = self._ends_mm(x)
+        pen.text(x, down + 2.9, "cut", SIZE)
+        pen.text(x, down + 2.9 + LINE_MM, f"({self.u.length})", SIZE)
         for k, head in enumerate(heads):
-            end = x + CUT_MM + share * (k + 1)
+            end = ends[k]
             for line, text in enumerate(head.split(", ")):
-                pen.text(end, down + 2.6 + LINE_MM * line, text, 6.2, SOFT, align="right")
+                pen.text(end, down + 2.9 + LINE_MM * line, text, SIZE, align="right")
         down += 2.0 * LINE_MM + 1.4
         pen.line(x, down, x + self.wide_mm, down, INK, 0.2)
         down += 1.0
         for row, lines in zip(self.rows, self.texts, strict=True):
-            pairs = ((row.ccw, row.cw), (row.z, row.radius), (row.x, row.y), (row.wall, row.left))
-            base = down + 2.4
-            size = fitted(row.label, SIZE, CUT_MM - 0.5, least=4.5)
+            pairs = (row.first, (row.z, row.radius), (row.x, row.y), (row.wall, row.left))
+            base = down + 2.7
+            size = fitted(row.label, SIZE, CUT_MM - 0.5)
             pen.text(x, base, row.label, size, bold=True)
             for line in range(2):
                 cells = [pair[line] for pair in pairs]
                 for k, cell in enumerate(cells):
-                    size = fitted(cell, SIZE, share - 0.8, least=4.5)
-                    pen.text(x + CUT_MM + share * (k + 1), base + LINE_MM * line, cell, size, align="right")
+                    pen.text(ends[k], base + LINE_MM * line, cell, SIZE, align="right")
             for line, text in enumerate(lines):
                 pen.text(x + CUT_MM, base + LINE_MM * (2 + line), text, SIZE)
             down += LINE_MM * (2 + len(lines)) + GAP_MM

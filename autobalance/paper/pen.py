@@ -49,12 +49,12 @@ def thinned(places: Array) -> Array:
 
 def badge_size(text: str) -> float:
     """Return the font size of a number in its disc."""
-    return 7.0 if len(text) < 3 else 5.6
+    return 8.0
 
 
 def badge_width_mm(text: str) -> float:
     """Return the width of the disc around a number, or around several."""
-    if len(text) <= 3:
+    if len(text) <= 2:
         return 2.0 * BADGE_MM
     return max(2.0 * BADGE_MM, width_mm(text, badge_size(text), True) + 2.2)
 

@@ -11,7 +11,7 @@ from autobalance.paper.cheeks import Cheek
 from autobalance.paper.drawing import SectionDrawing
 from autobalance.paper.lettering import POINTS_PER_MM, shortened
 from autobalance.paper.making import Making, SideTable, makings
-from autobalance.paper.pen import SOFT, Pen
+from autobalance.paper.pen import Pen
 from autobalance.paper.plates import Plate
 from autobalance.paper.section_view import SectionView
 from autobalance.paper.web_view import WebView
@@ -23,7 +23,7 @@ from autobalance.types import Report
 HEAD_MM = 8.0
 BESIDE_MM = 5.0
 """Gap between the view and section or table beside it."""
-LEAST_BESIDE_MM = 62.0
+LEAST_BESIDE_MM = 66.0
 """Smallest width for section or table beside a view."""
 SECTION_MM = 90.0
 LEAST_SECTION_MM = 50.0
@@ -85,7 +85,7 @@ class PlateView(Flowable):  # type: ignore[misc]
     def draw(self) -> None:
         pen = Pen(self.canv, self.high_mm)
         pen.text(0.0, 3.4, self.plate.title, 9.5, bold=True)
-        pen.text(0.0, 6.8, shortened(self._words(), 6.8, self.wide_mm), 6.8, SOFT)
+        pen.text(0.0, 6.8, shortened(self._words(), 8.0, self.wide_mm), 8.0)
         self.view.draw(pen, 0.0, HEAD_MM)
         x, down = self.view.wide_mm + BESIDE_MM, HEAD_MM
         if self.section is not None:

@@ -32,7 +32,7 @@ TICKS = 3
 """Fewest parts of a scale."""
 NUMBERS_MM, LEAST_NUMBERS_MM = 9.0, 4.6
 """Distance of the numbers of a scale, usual and least."""
-SIZE = 6.5
+SIZE = 8.0
 SHORT_MM = 5.0
 """Length on the page below which a dimension has its arrows outside."""
 
@@ -90,7 +90,7 @@ class SectionView:
     def draw(self, pen: Pen, x: float, down: float) -> None:
         """Draw metal, cuts, numbers, dimensions and the scale of z; the corner of the box is at (x, down)."""
         self.x, self.down = x, down
-        pen.text(x, down + 3.0, f"{self.title}, scale {self.scale_name}", 7.0, SOFT)
+        pen.text(x, down + 3.0, f"{self.title}, scale {self.scale_name}", SIZE)
         pen.shape(self.section.outline, self.to_page, METAL, INK, 0.2)
         for item in self.items:
             slug = item.get("slug_mass_g") is not None
@@ -107,17 +107,17 @@ class SectionView:
             return
         (x0, down), (x1, _) = self._place(self.low[0], 0.0), self._place(self.high[0], 0.0)
         pen.line(x0 - 3.0, down, x1 + 2.0, down, ACCENT, 0.18, CENTRE_LINE)
-        pen.text(x0 - 8.0, down + 0.9, "axis", 6.0, ACCENT)
+        pen.text(x0 - 8.0, down + 0.9, "axis", SIZE, ACCENT)
 
     def _cheek(self, pen: Pen) -> None:
         """Mark the cheek that z counts from with its letter in a box."""
         if self.cheek is None:
             return
         x, top = self._place(self.cheek.z_mm, self.high[1])
-        wide = width_mm(self.cheek.letter, 7.0, True) + 1.8
+        wide = width_mm(self.cheek.letter, SIZE, True) + 1.8
         pen.line(x, top + 2.0, x, top - 1.2, INK, 0.15)
         pen.box(x - 0.5 * wide, top - 4.4, wide, 3.2, INK, 0.2)
-        pen.text(x, top - 1.9, self.cheek.letter, 7.0, bold=True, align="centre")
+        pen.text(x, top - 1.9, self.cheek.letter, SIZE, bold=True, align="centre")
 
     def _dimensions(self, pen: Pen, item: Mapping[str, Any]) -> None:
         """Draw centre to cheek and depth of a hole, its radius if it runs along the axis, and its wall."""
@@ -195,9 +195,9 @@ class SectionView:
             x, _ = self._place(origin + k * step * per, 0.0)
             pen.line(x, down, x, down + (2.0 if k == 0 else 1.2), INK, 0.13)
             if k % every == 0:
-                pen.text(x, down + 4.1, f"{k * step + 0.0:.{digits}f}", 6.0, INK, align="centre")
+                pen.text(x, down + 4.1, f"{k * step + 0.0:.{digits}f}", SIZE, INK, align="centre")
         name = "z" if self.cheek is None else f"z from {self.cheek.letter}"
-        pen.text(x1 + 2.0, down + 0.6, f"{name} {self.u.length}", 6.0, SOFT)
+        pen.text(x1 + 2.0, down + 0.6, f"{name} {self.u.length}", SIZE)
 
 
 def _arrows(one: float, other: float) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -28,6 +28,7 @@ from autobalance.paper.template_view import template_rows
 from autobalance.paper.title_block import FOOT_MM, MARGIN_MM, Sheet
 from autobalance.paper.tolerance_table import held_words
 from autobalance.paper.tolerances import Tolerances, held, tolerances
+from autobalance.report.balance.datums import with_design_radii
 from autobalance.report.balance.relaxation_text import relaxation_lines
 from autobalance.report.balance.zero import Zero, ZeroChoice
 from autobalance.report.display_units import ON_PAPER, UnitSystem, in_units
@@ -43,6 +44,8 @@ ROOMS, ALONE = (0.5, 0.33), 0.66
 """Shares of a page for a plate, the lesser ones where they save pages; and for the only plate."""
 MAX_CUTS_FOR_LESSER_SHARES = 60
 """Most cuts for which lesser shares are tried."""
+MIN_SCALE_RATIO = 0.5
+"""Smallest scale that saving pages may cost, of that without it: 1:2 for 1:1, never 1:5 for 1:2."""
 LEAST_PAGES = 2
 """Fewest pages of a sheet with plates: the first page has no room for them."""
 MANY_CUTS_ON_A_WEB = 60
@@ -79,26 +82,29 @@ def pdf(
         A PDF; the same input gives the same bytes.
     """
     wide, high = PAPERS_MM[paper]
+    report = with_design_radii(report)
     sheet = Sheet(report, ON_PAPER[units], date, wide, high)
-    pages, data = _built(sheet, paper, zero, drawings, ROOMS[0])
+    pages, scale, data = _built(sheet, paper, zero, drawings, ROOMS[0])
     if drawings is None or len(drawings.webs) < 2 or len(report["corrections"]) > MAX_CUTS_FOR_LESSER_SHARES:
         return data
     for room in ROOMS[1:]:
         if pages <= LEAST_PAGES:
             break
-        fewer, smaller = _built(sheet, paper, zero, drawings, room)
-        if fewer < pages:
+        fewer, less, smaller = _built(sheet, paper, zero, drawings, room)
+        if fewer < pages and less >= MIN_SCALE_RATIO * scale:
             pages, data = fewer, smaller
     return data
 
 
 def _built(
     sheet: Sheet, paper: Paper, zero: ZeroChoice, drawings: Drawings | None, room: float
-) -> tuple[int, bytes]:
-    """Return the number of pages and the PDF of a sheet whose plates have some share of a page."""
-    story = _Story(sheet, zero, room).parts_of(drawings)
+) -> tuple[int, float, bytes]:
+    """Return the number of pages, the smallest scale of a web, and the PDF, for some share of a page each."""
+    story = _Story(sheet, zero, room)
+    parts = story.parts_of(drawings)
     templates = [template("first", sheet, sheet.block_mm + 2.0), template("later", sheet, 0.0)]
-    return written(sheet, paper, templates, story)
+    pages, data = written(sheet, paper, templates, parts)
+    return pages, min((view.view.scale for view in story.views), default=1.0), data
 
 
 class _Story:
@@ -112,6 +118,7 @@ class _Story:
         self.page_mm = sheet.high_mm - sheet.head_mm - FOOT_MM
         self.room = room
         self.parts: list[Flowable] = [NextPageTemplate("later")]
+        self.views: list[PlateView] = []
 
     def parts_of(self, drawings: Drawings | None) -> list[Flowable]:
         if self.report["outcome"] == "above_tolerance":
@@ -232,6 +239,7 @@ class _Story:
                 self.report, plate, self.zero, self.cheeks, self.u, self.wide_mm,
                 0.8 * self.page_mm if many else room, self.page_mm,
             )  # fmt: skip
+            self.views.append(view)
             below: list[Flowable] = []
             if view.below:
                 below = [Spacer(1.0, 1.5 * POINTS_PER_MM)]

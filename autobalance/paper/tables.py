@@ -10,11 +10,11 @@ from typing import Any
 from reportlab.platypus import Flowable
 
 from autobalance.paper.lettering import POINTS_PER_MM, fitted, lines_of, width_mm
-from autobalance.paper.pen import INK, RULE, SOFT, Pen
+from autobalance.paper.pen import INK, RULE, Pen
 
-HEAD_SIZE = 6.6
-SIZE = 7.6
-LINE_MM = 3.3
+HEAD_SIZE = 8.0
+SIZE = 8.0
+LINE_MM = 3.4
 PAD_MM = 1.1
 """Room between columns: at least one space, so that programs that read the page separate the numbers."""
 
@@ -69,7 +69,7 @@ class Grid(Flowable):  # type: ignore[misc]
         ]
 
     def _lines(self, column: Column, cell: str) -> tuple[list[str], float]:
-        size = fitted(cell, self.size, column.room_mm, least=min(6.0, self.size))
+        size = fitted(cell, self.size, column.room_mm, least=self.size)
         if width_mm(cell, size) <= column.room_mm + 1e-6:
             return [cell], size
         return lines_of(cell, self.size, column.room_mm), self.size
@@ -100,7 +100,7 @@ class Grid(Flowable):  # type: ignore[misc]
         most = max(len(lines) for lines in titles)
         for k in range(most):
             cells = [lines[k - most + len(lines)] if k >= most - len(lines) else "" for lines in titles]
-            self._row(pen, 2.9 + LINE_MM * k, cells, [HEAD_SIZE] * len(cells), SOFT)
+            self._row(pen, 2.9 + LINE_MM * k, cells, [HEAD_SIZE] * len(cells), INK)
         pen.line(0.0, self.head_mm - 0.4, wide, self.head_mm - 0.4, INK, 0.2)
         down = self.head_mm
         for lined, high in zip(self._cells, self._high, strict=True):

@@ -23,7 +23,7 @@ ABOVE_MM, BELOW_MM = 11.5, 8.0
 APART_MM, ROW_MM = 5.0, 4.8
 BORDER_MM = 6.0
 BESIDE_MM = 4.0
-TITLE = 7.0
+TITLE = SIZE = 8.0
 
 
 class Template(Protocol):
@@ -92,7 +92,7 @@ class _Tile:
         self.left, self.down = left, down
         self.x0, self.x1 = left + BORDER_MM, left + BORDER_MM + self.long_mm
         self.top, self.bottom = self.y(self.z_mm[1]), self.y(self.z_mm[0])
-        pen.text(left, down + 3.0, self.title, fitted(self.title, TITLE, self.wide_mm, least=4.5))
+        pen.text(left, down + 3.0, self.title, fitted(self.title, TITLE, self.wide_mm))
         for y in (self.top, self.bottom):
             pen.line(self.x0, y, self.x1, y, INK, 0.25)
 
@@ -103,7 +103,7 @@ class _Tile:
     def mark(self, pen: Pen, x: float, name: str) -> None:
         """Draw a line to lay on an edge or mark of the web, with its name."""
         pen.line(x, self.top - 1.5, x, self.bottom + 4.6, ACCENT, 0.35, (4.0, 1.0))
-        size = 5.6
+        size = 8.0
         wide = width_mm(name, size)
         place = min(max(x - 0.5 * wide, self.left), self.left + self.wide_mm - wide)
         if self.named.take((place - 0.5, self.bottom + 4.4, place + wide + 0.5, self.bottom + 7.0)):
@@ -129,10 +129,10 @@ class _Tile:
         for place, down, item in places:
             pen.badge(place, down, item["number"])
         angles = [self.angle(item) for _, _, item in places]
-        wide = max([0.0, *(width_mm(text, 6.0) for text in angles)])
+        wide = max([0.0, *(width_mm(text, SIZE) for text in angles)])
         if self.rows == 1 and _apart([place for place, _, _ in places], self.apart + 1.5 + wide):
             for (place, down, _), text in zip(places, angles, strict=True):
-                pen.text(place + 0.5 * self.apart + 0.2, down + 0.8, text, 6.0)
+                pen.text(place + 0.5 * self.apart + 0.2, down + 0.9, text, SIZE)
 
     def angle(self, item: Item) -> str:
         """Return the text beside the number of a hole."""
@@ -210,7 +210,7 @@ class StripTile(_Tile):
             if self._is_here(x):
                 pen.line(x, self.top - 1.0, x, self.bottom + 1.0, RULE, 0.12)
                 if all(abs(x - self._x(angle)) > 4.0 for _, angle in strip.marks):
-                    pen.text(x, self.bottom + 3.6, f"{mark * step % 360}°", 5.6, SOFT, align="centre")
+                    pen.text(x, self.bottom + 3.6, f"{mark * step % 360}°", SIZE, INK, align="centre")
 
     def _turned(self, angle_deg: float) -> float:
         """Return an angle in the strip's count, maybe beyond 360."""

@@ -8,8 +8,8 @@ from typing import Any
 
 from reportlab.pdfgen.canvas import Canvas
 
-from autobalance.paper.lettering import POINTS_PER_MM, fitted, safe, shortened, width_mm
-from autobalance.paper.pen import INK, RULE, SOFT, Pen
+from autobalance.paper.lettering import POINTS_PER_MM, SMALLEST_PT, fitted, safe, shortened, width_mm
+from autobalance.paper.pen import INK, RULE, Pen
 from autobalance.paper.scales import scale_bar
 from autobalance.report import job_header
 from autobalance.report.display_units import DisplayUnits, plain
@@ -23,9 +23,7 @@ WORK_MM = 4.4
 LOGO_MM = 28.0
 """Largest width of the shop's picture."""
 FOOT_MM = 17.0
-BAR_MM = 80.0
-"""Distance from the margin to the scale bar in the foot of each page."""
-ROW_MM = 7.6
+ROW_MM = 8.4
 
 
 @dataclass(frozen=True)
@@ -82,14 +80,13 @@ def _head_and_foot(pen: Pen, sheet: Sheet, number: int, count: int) -> None:
     room = wide - MARGIN_MM - left - width_mm(paging, 8.5, True) - 6.0
     pen.text(left, head, shortened(" · ".join(_names(sheet)), 8.5, room), 8.5)
     words = safe(job_header.work_words(report))
-    pen.text(left, head + WORK_MM, shortened(words, 7.5, wide - MARGIN_MM - left), 7.5, SOFT)
+    pen.text(left, head + WORK_MM, shortened(words, 8.0, wide - MARGIN_MM - left), 8.0)
     pen.line(FRAME_MM, rule, wide - FRAME_MM, rule, INK, 0.2)
     pen.line(FRAME_MM, foot - 4.2, wide - FRAME_MM, foot - 4.2, RULE, 0.15)
     if not sheet.for_customer:
-        pen.text(MARGIN_MM, foot, f"sha256 {report['input']['sha256']}", 5, SOFT, mono=True)
-        scale_bar(pen, sheet.units, MARGIN_MM + BAR_MM, foot - 0.6)
+        scale_bar(pen, sheet.units, MARGIN_MM, foot - 0.6)
     program = " · ".join(filter(None, [f"autobalance {report['autobalance']['version']}", safe(sheet.date)]))
-    pen.text(wide - MARGIN_MM, foot, program, 7, SOFT, align="right")
+    pen.text(wide - MARGIN_MM, foot, program, SMALLEST_PT, align="right")
 
 
 def _logo(pen: Pen, sheet: Sheet, high_mm: float) -> float:
@@ -122,9 +119,9 @@ def title_block(pen: Pen, sheet: Sheet) -> None:
         for k, (caption, value) in enumerate(cells):
             if k:
                 pen.line(left, down, left, down + ROW_MM, RULE, 0.15)
-            pen.text(left + 1.5, down + 2.5, caption, 5.5, SOFT)
-            size = fitted(value, 8.5, share - 3.0, least=5.5)
-            pen.text(left + 1.5, down + 6.2, shortened(value, size, share - 3.0), size)
+            pen.text(left + 1.5, down + 3.2, caption, SMALLEST_PT)
+            size = fitted(value, 9.5, share - 3.0)
+            pen.text(left + 1.5, down + 7.0, shortened(value, size, share - 3.0), size)
             left += share
     pen.line(FRAME_MM, top + sheet.block_mm, FRAME_MM + wide, top + sheet.block_mm, INK, 0.2)
 
@@ -165,6 +162,7 @@ def _rows(sheet: Sheet) -> Sequence[Sequence[tuple[str, str]]]:
             ("PROJECTION, SCALES", "first angle; as noted"),
             ("DATE", safe(sheet.date) or "-"),
         ),
+        (("SHA256 OF THE CRANK'S FILE", str(report["input"]["sha256"])),),
         (("MACHINED BY, DATE", ""), ("CHECKED BY, DATE", ""), ("BALANCED BY, DATE", ""), ("APPROVED", "")),
     )
 

@@ -35,6 +35,7 @@ WHEEL_GAP_MM = 1.5
 RING_MM = 5.0
 """Width of the ring of numerals around the wheel, and of each ring of numbers."""
 TICKS_MM = 2.0
+SIZE = 8.0
 APART_MM = 5.0
 SHARED_UP_TO = 12
 """Most numbers that share the ring of the numerals; more of them have separate rings."""
@@ -182,15 +183,15 @@ class WebView:
     def _numeral(self, pen: Pen, turn: float, text: str, other: str, occupied: Occupied) -> None:
         """Write a numeral of the wheel, unless a number is in its place."""
         x, down = self._at(turn, self.wheel + TICKS_MM + 0.6)
-        wide = width_mm(text, 7) + (0.6 + width_mm(other, 5.5) if other else 0.0)
+        wide = width_mm(text, SIZE, True) + (0.6 + width_mm(other, SIZE) if other else 0.0)
         left = (
             x
             + (math.copysign(0.5, x - self.cx) * min(1.0, abs(x - self.cx) / (0.2 * self.wheel)) - 0.5) * wide
         )
         base = down + 1.0 + 2.0 * (down - self.cy) / self.wheel
         if occupied.take((left - 0.6, base - 2.4, left + wide + 0.6, base + 0.9)):
-            pen.text(left, base, text, 7, INK)
-            pen.text(left + width_mm(text, 7) + 0.6, base, other, 5.5, SOFT)
+            pen.text(left, base, text, SIZE, INK, bold=True)
+            pen.text(left + width_mm(text, SIZE, True) + 0.6, base, other, SIZE, SOFT)
 
     def _mark(self, pen: Pen, angle_deg: float) -> None:
         turn = math.radians(angle_deg)

@@ -52,6 +52,24 @@ def test_cuts_are_numbered_by_side_tool_web_and_angle(direction: str) -> None:
         assert (np.asarray(each.position_mm) <= high + 1.0).all()
 
 
+def test_a_row_of_holes_across_zero_is_one_sweep() -> None:
+    solid, anatomy = make_crank([0.0], Shape(segments=24))
+    made = rotor(solid, anatomy, [-300.0, 40.0])
+    result = balance(made, judge(made), [DrillLimits(diameters_mm=(8.0,))], advise=False)
+
+    def order(*angles_deg: float) -> list[int]:
+        turned = [
+            replace(result.corrections[0], position_mm=np.array([math.cos(a), math.sin(a), 0.0]))
+            for a in map(math.radians, angles_deg)
+        ]
+        return setup_order(turned, [result.made[0][0]] * len(turned))
+
+    assert order(33.6, 348.6, 3.6, 333.6, 18.6) == [3, 1, 2, 4, 0]
+    assert order(170.0, 150.0, 190.0) == [1, 0, 2]
+    assert order(180.0, 60.0, 300.0) == [1, 0, 2]  # even all around: from 0
+    assert order(10.0) == [0]
+
+
 def test_of_two_cuts_that_want_the_same_metal_the_first_one_stays_first() -> None:
     solid, anatomy = make_crank([0.0], Shape(segments=24))
     made = rotor(solid, anatomy, [-300.0, 40.0])

@@ -20,6 +20,7 @@ from pypdf import PdfReader
 from autobalance.paper.cheeks import cheeks
 from autobalance.paper.drawing import Drawings, WebDrawing
 from autobalance.paper.labels import spread, spread_between, spread_on_circle
+from autobalance.paper.making import makings
 from autobalance.paper.plates import Plate, plates
 from autobalance.paper.rim_strips import LAP_MM, Strip, strips, templates, tile_range, tiles_of
 from autobalance.paper.scales import SCALES, scale_for
@@ -27,6 +28,7 @@ from autobalance.paper.sheet import pdf
 from autobalance.paper.tolerances import ERROR_SHARE, USUAL_ACCURACY, press_fit, tolerances
 from autobalance.paper.web_view import WebView
 from autobalance.report.balance import kinds
+from autobalance.report.balance.datums import with_design_radii
 from autobalance.report.balance.zero import FROM_CRANKPIN, Zero
 from autobalance.report.display_units import ON_PAPER
 from autobalance.wording import degrees
@@ -333,6 +335,43 @@ def test_few_holes_take_two_pages() -> None:
 
 
 # --- templates --------------------------------------------------------------------------------------------
+
+
+def test_no_letter_is_smaller_than_8_points(case: tuple[Any, ...]) -> None:
+    _, path, _, _ = case
+    sizes: set[float] = set()
+
+    def note(text: str, _current: Any, matrix: Any, _font: Any, size: float) -> None:
+        if text.strip():
+            sizes.add(round(size * float(np.hypot(*matrix[:2])), 3))
+
+    for page in PdfReader(path).pages:
+        page.extract_text(visitor_text=note)
+    assert min(sizes) >= 8.0
+
+
+def test_holes_of_a_rim_have_the_rims_own_radius_and_are_said_once() -> None:
+    report = plans.plan(1)
+    entries = (47.99, 47.97, 48.0, 47.5)  # the last is not in the rim
+    report["corrections"] = [hole(k + 1, 2, 150.0 + 20.0 * k, True) for k in range(4)]
+    for item, entry in zip(report["corrections"], entries, strict=True):
+        turn = np.radians(item["angle_deg"])
+        place = [entry * np.cos(turn), entry * np.sin(turn), item["position_mm"][2]]
+        item |= {"entry_radius_mm": entry, "position_mm": place, "direction": "radial"}
+        item["inward"] = [-float(np.cos(turn)), -float(np.sin(turn)), 0.0]
+    report["crank"]["facet_error"] = {"sag_mm": 0.04}
+    for web in report["crank"]["webs"]:
+        web["outline"] = {"rim_radius_mm": 48.0}
+    shown = with_design_radii(report)["corrections"]
+    assert [item["entry_radius_mm"] for item in shown] == [48.0, 48.0, 48.0, 47.5]
+    assert [np.hypot(*item["position_mm"][:2]) for item in shown] == pytest.approx([48.0, 48.0, 48.0, 47.5])
+    assert [making.label for making in makings(shown, FROM_CRANKPIN, {}, ON_PAPER["metric"])] == [
+        "cuts 1-3",
+        "cut 4",
+    ]
+    assert with_design_radii({**report, "crank": {**report["crank"], "facet_error": None}})["corrections"][1][
+        "entry_radius_mm"
+    ] == pytest.approx(47.97)
 
 
 def test_smaller_views_save_pages() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from autobalance.correction.holes import drill_words
+from autobalance.report.balance.datums import with_design_radii
 from autobalance.report.balance.kinds import angle_deg, verb
 from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import DisplayUnits, in_units
@@ -27,7 +28,8 @@ def corrections_text(report: Values, units: DisplayUnits, zero: Zero) -> str:
         return ""
     notes = [f"  {in_units(remark, units)}" for remark in remarks(report)]
     angles = f"  Angles: ccw seen from +z, from {zero.name}. Radius: hole entry, else centre."
-    return "\n".join([cut_rows("Cuts to make", report["corrections"], units, zero), angles, *notes])
+    cuts = with_design_radii(report)["corrections"]
+    return "\n".join([cut_rows("Cuts to make", cuts, units, zero), angles, *notes])
 
 
 def cut_rows(title: str, corrections: Sequence[Values], units: DisplayUnits, zero: Zero) -> str:
