@@ -82,7 +82,7 @@ VERBS: Final[dict[str, Verb]] = {
         "engines.forces.command",
     ),
     "factor": Verb(
-        "show the present balance factor, and what other factors leave and cost",
+        "show the present balance factor, and the loads, residual and metal of others",
         "engines.factor.verb",
         "engines.factor.command",
     ),

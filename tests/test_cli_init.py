@@ -255,6 +255,6 @@ def test_a_converted_job_says_what_its_keys_are(crank: Path) -> None:
     job = jobs.bundled_job(crank.parent / "in")
     assert jobs.run("init", job, "-o", "job.xlsx") == 0
     rows = {row[0]: row for row in load_workbook("job.xlsx")["Job"].iter_rows(values_only=True)}
-    assert rows["balance.speed_rpm"][1:] == (15200, "1/min", "highest service speed")
+    assert rows["balance.speed_rpm"][1:] == (15200, "1/min", "maximum service speed")
     assert rows["engine.rotating_g.big_end_bearing"][2] == "g"
     assert all(row[3] for row in rows.values())

@@ -73,7 +73,7 @@ def factor_hint(crank: Crank) -> str:
         return "0.5: its throws leave a force or a couple"
     own = own_factors(crank)
     if own is None:
-        return "a single's is 0.25 to 0.65; higher than the crank's own needs metal added"
+        return "0.25 to 0.65 for a single; a factor above the present one needs added metal"
     low, high = max(own[0], 0.0), min(own[1], 1.0)
     safe = math.floor(10.0 * low) / 10.0
     return (

@@ -37,7 +37,7 @@ VERB = Verb(
         "keep": Option(metavar="REPORT.json", usual="the job's correction.keep"),
     },
     writes=(
-        add_output("the results", "NAME-balanced, beside the job or for a crank in the working folder"),
+        add_output("the results", "NAME-balanced, next to the job, or in the working folder for a crank"),
         add_json,
         add_shop_units,
         add_pages,

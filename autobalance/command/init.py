@@ -10,17 +10,17 @@ from autobalance.solid.formats.table import endings
 
 
 def _add_force(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--force", action="store_true", help="write over an existing file")
+    parser.add_argument("--force", action="store_true", help="overwrite an existing file")
 
 
 VERB = Verb(
     "verbs.init:init",
     examples=(
-        "autobalance init crank.stl --unit mm                 a job beside you, crank.toml",
-        "autobalance init crank.stl --unit mm -o crank.xlsx   the same as a workbook",
-        "autobalance init crank.toml -o crank.xlsx            a job in the other form, and back",
+        "autobalance init crank.stl --unit mm                 write the job crank.toml",
+        "autobalance init crank.stl --unit mm -o crank.xlsx   write it as a workbook",
+        "autobalance init crank.toml -o crank.xlsx            convert a job, here or back",
         "autobalance init halves.stl --unit mm --set crankshaft.crankpin_in_file=false",
-        "autobalance init --shop                              the shop's own file, shop.toml",
+        "autobalance init --shop                              write shop.toml",
     ),
     options={
         "source": Option(metavar="CRANK|JOB", positional=True, endings=endings),

@@ -56,8 +56,8 @@ def add_strict(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--strict",
         action="store_true",
-        help="exit code 4 also for a residual within tolerance but not proven: it exceeds the permissible "
-        "unbalance with its uncertainty, or with main journals that may be meant instead "
+        help="exit code 4 also if the verdict is not proven: residual and uncertainty together exceed the "
+        "permissible unbalance, or other cylinders may be the main journals "
         "(default: only the residual decides)",
     )
 

@@ -27,7 +27,7 @@ def add_progress(parser: argparse.ArgumentParser) -> None:
         "-v",
         "--verbose",
         action="store_true",
-        help="print each step on a separate line, with the time since the start",
+        help="print each step on a separate line, with the time since the start, and all of the summary",
     )
 
 

@@ -172,7 +172,7 @@ class Verb(NamedTuple):
                 groups.update(dict.fromkeys(together, parser.add_mutually_exclusive_group()))
         of_crank = self._of_crank_alone()
         if of_crank:
-            group = parser.add_argument_group("with a crank's file in place of the job")
+            group = parser.add_argument_group("with a crank file in place of a job")
             groups.update(dict.fromkeys(of_crank, group))
         for parameter, option in declared.values():
             add_option(groups.get(parameter.name, parser), parameter, option)

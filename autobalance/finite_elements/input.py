@@ -77,7 +77,7 @@ class Analysis:
     """``[analysis]``."""
 
     kind: Annotated[AnalysisKind, '`"modes"`: natural modes; `"static"`: stress under loads'] = "modes"
-    modes: Annotated[int, SOME_MODES, "how many of the lowest"] = 6
+    modes: Annotated[int, SOME_MODES, "number of the lowest modes"] = 6
     size_mm: Annotated[
         float | None, POSITIVE, InFile(usual="some thousand elements"), "largest edge of the mesh"
     ] = None
@@ -88,7 +88,7 @@ class HeldBox:
     """``[[fix]]``: nodes that are held."""
 
     box_mm: BoxInFile
-    axes: Annotated[str, "in which directions"] = "xyz"
+    axes: Annotated[str, "fixed directions"] = "xyz"
 
 
 @dataclass(frozen=True)

@@ -77,7 +77,7 @@ def grade(
     grade : float or None
         Balance quality grade [mm/s], 6.3 for G 6.3; None: the list of grades is printed.
     speed_rpm : float or None
-        Highest service speed [rpm].
+        Maximum service speed [rpm].
     mass : float or None
         Rotor mass, in the unit of --mass-unit. In ``mass_unit``.
     mass_unit : str

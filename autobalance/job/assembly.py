@@ -36,7 +36,7 @@ ASSEMBLY_KEYS = (
     *density_keys("the solid", None),
     Key("turn_deg", float, "turns the solid about the axis as it is fitted", default=0.0),
     Key("runout_mm", Vector, "centre of the bore off the axis", default=(0.0, 0.0)),
-    Key("key", says="between shaft and part, ISO 21940-32", keys=KEY_KEYS, default=None),
+    Key("key", says="key between shaft and part, ISO 21940-32", keys=KEY_KEYS, default=None),
     Key("correct_mm", tuple[float, ...], "one or two places where the sum is taken out", default=()),
     Key(
         "permissible_g_mm",

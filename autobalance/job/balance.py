@@ -45,7 +45,7 @@ BALANCE = Key(
             POSITIVE,
             typed="mm/s",
         ),
-        Key("speed_rpm", float, "highest service speed", POSITIVE),
+        Key("speed_rpm", float, "maximum service speed", POSITIVE),
         Key(
             "judge",
             Judge,
@@ -63,13 +63,13 @@ BALANCE = Key(
             "facet_correction",
             bool,
             "`true`: the metal between the mesh's facets and the smooth surface is estimated and added to "
-            "all results; declined, with the reason, where that is not sure to come nearer to the truth",
+            "all results; declined, with the reason, if that may not improve the results",
             default=False,
         ),
         Key(
             "rotor_mass_g",
             float,
-            "the crank before correction and all crankpins not in the file, without bob-weights",
+            "mass of the rotor: crank before correction and all crankpins not in the file, no bob-weights",
             POSITIVE,
             None,
             usual="measured",
@@ -77,7 +77,7 @@ BALANCE = Key(
         Key(
             "tolerance_planes_mm",
             tuple[float, float],
-            "two places on the rotor's z, the lower one first",
+            "z of both tolerance planes in the rotor frame, the lower one first",
             ANY,
             None,
             usual="mid-planes of the outermost main journals",
@@ -93,8 +93,8 @@ BALANCE = Key(
         Key(
             "external",
             External,
-            'unbalance of the external parts: `"solve"`: so much that nothing is cut; `"neutral"`: nothing; '
-            '`"detroit"`: what they carry now',
+            'unbalance of the external parts: `"solve"`: the value that needs no cut; `"neutral"`: zero; '
+            '`"detroit"`: the value that they have now',
             ANY,
             "none",
         ),

@@ -13,7 +13,7 @@ Material: Any = Literal[tuple(MATERIALS)]
 def density_keys(of: str, default: Any = REQUIRED) -> tuple[Key, Key]:
     """Return the two keys; their value is the number alone (``typed_units``)."""
     return (
-        Key("density_kg_m3", float, f"of {of}", POSITIVE, default, instead="density"),
+        Key("density_kg_m3", float, f"density of {of}", POSITIVE, default, instead="density"),
         Key(
             "density",
             Material,

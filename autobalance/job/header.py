@@ -14,11 +14,11 @@ JOB = Key(
     default=None,
     verbs="all",
     keys=(
-        Key("customer", str, "for whom", default=None, example="A. Customer"),
+        Key("customer", str, "name of the customer", default=None, example="A. Customer"),
         Key("engine", str, "name of the engine", default=None, example="CRF 250 R"),
         Key("serial", str, "serial number of the crank", default=None, example="C-0417"),
-        Key("operator", str, "who balances it", default=None, example="B. Turner"),
-        Key("note", str, "anything else", default=None, example="second set of pistons"),
+        Key("operator", str, "name of the operator", default=None, example="B. Turner"),
+        Key("note", str, "free text", default=None, example="second set of pistons"),
     ),
 )
 SLUG = (
@@ -65,7 +65,7 @@ SHOP = Key(
         Key(
             "machine",
             str,
-            "its balancing machine's file, for `autobalance machine`, relative to the file that names it",
+            "file of the balancing machine, for `autobalance machine`, relative to the file that names it",
             default=None,
             example="MACHINE.toml",
         ),

@@ -40,7 +40,7 @@ LAYOUT = Key(
             ANY,
             "plain",
         ),
-        Key("rod_pitch_mm", float, "between the rods of a throw, along the axis", ANY, 0.0),
+        Key("rod_pitch_mm", float, "distance between the rods of a throw, along the axis", ANY, 0.0),
         Key("offset_mm", float, "offset of the cylinder's axis from the crank axis", ANY, 0.0),
     ),
 )
@@ -58,10 +58,10 @@ LINK = Key(
     default=(),
     verbs=VERBS,
     keys=(
-        Key("cylinder", int, "its cylinder's number in the engine", COUNTED),
+        Key("cylinder", int, "number of the cylinder in the engine", COUNTED),
         Key("bank_deg", float, "direction of its cylinder"),
-        Key("rod_length_mm", float, "from knuckle pin to wrist pin", POSITIVE),
-        Key("knuckle_radius_mm", float, "from the crankpin to the knuckle pin", POSITIVE),
+        Key("rod_length_mm", float, "distance from knuckle pin to wrist pin", POSITIVE),
+        Key("knuckle_radius_mm", float, "distance from the crankpin to the knuckle pin", POSITIVE),
         Key(
             "knuckle_angle_deg",
             float,
@@ -72,8 +72,8 @@ LINK = Key(
     ),
 )
 ON_SCALES = (
-    Key("big_end_g", float, "on the scale under the big end", NOT_NEGATIVE),
-    Key("small_end_g", float, "on the scale under the small end", NOT_NEGATIVE),
+    Key("big_end_g", float, "reading of the scale under the big end", NOT_NEGATIVE),
+    Key("small_end_g", float, "reading of the scale under the small end", NOT_NEGATIVE),
     Key("inertia_kg_mm2", float, "inertia about its centre of mass", POSITIVE, None),
     Key("solid", dict, "file from which it was measured, in the job of a report", default=FILLED),
 )
@@ -88,8 +88,8 @@ ROD = Key(
 BOLTED = (
     Key("name", str, "name of the shaft"),
     Key("eccentricity_mm", float, "distance of its centre of mass from its axis"),
-    Key("cad_g", float, "as drawn", NOT_NEGATIVE),
-    Key("weighed_g", float, "as weighed", NOT_NEGATIVE, None),
+    Key("cad_g", float, "mass in the CAD model", NOT_NEGATIVE),
+    Key("weighed_g", float, "mass on the scale", NOT_NEGATIVE, None),
 )
 SHAFTS = Key(
     "shafts",
@@ -98,9 +98,9 @@ SHAFTS = Key(
     default=(),
     verbs="forces, shafts, parts, orders",
     keys=(
-        Key("order", int, "its speed over the crank's", COUNTED),
-        Key("sense", Sense, "with the crank or against it"),
-        Key("product_g_mm", float, "its unbalance; or the sum of `weight`", default=None),
+        Key("order", int, "speed divided by the crank speed", COUNTED),
+        Key("sense", Sense, "rotation, with the crank or against it"),
+        Key("product_g_mm", float, "unbalance; or the sum of `weight`", default=None),
         Key("phase_deg", float, "angle of its unbalance at crank angle 0", ANY, 180.0),
         Key("place_mm", tuple[float, float], "position of its axis, rotor frame", ANY, (0.0, 0.0)),
         Key(

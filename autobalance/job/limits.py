@@ -74,8 +74,8 @@ def correction_key(kinds: Collection[str] | None = None) -> Key:
             Key(
                 "method",
                 method | tuple[method, ...],
-                'the kind of correction, or a list of them to mix; `"listed"`: exactly the cuts of '
-                "`[[correction.cut]]`, nothing is planned",
+                'correction method, or a list of methods to mix; `"listed"`: exactly the cuts of '
+                "`[[correction.cut]]`, without a plan",
                 not_empty="must name at least one method",
             ),
             Key("prefer", Prefer, PREFER, default="simple"),

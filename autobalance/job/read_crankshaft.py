@@ -24,8 +24,8 @@ from autobalance.units import G_PER_MM3_PER_KG_M3
 Vector = tuple[float, float, float]
 
 PIN = (
-    Key("centre_mm", Vector, "its centre, in the file's axes"),
-    Key("diameter_mm", float, "its diameter", POSITIVE, None),
+    Key("centre_mm", Vector, "centre in the file's axes"),
+    Key("diameter_mm", float, "diameter", POSITIVE, None),
     Key("width_mm", float, "width of the bare cylinder, between webs or fillets", POSITIVE, None),
 )
 LEAVE_OUT = "leave it out, or name at least one"

@@ -42,7 +42,7 @@ WEIGHED = Key(
     keys=(
         *(Key(unit, float, f"the weight [{unit}]", NOT_NEGATIVE, None) for unit in G_PER),
         PM,
-        Key("pieces", int, "how many there are; weight and ± are of one", COUNTED, 1),
+        Key("pieces", int, "number of pieces; weight and ± are of one", COUNTED, 1),
         DISTRIBUTION,
     ),
     shape={"oneOf": [{"required": [unit]} for unit in G_PER]},
@@ -76,8 +76,8 @@ THROW = (
 )
 ATTACHED = (
     Key("name", str, "name of the part"),
-    Key("mass_g", float, "its mass", NOT_NEGATIVE),
-    Key("unbalance_g_mm", tuple[float, float], "its unbalance [x, y], rotor frame"),
+    Key("mass_g", float, "mass", NOT_NEGATIVE),
+    Key("unbalance_g_mm", tuple[float, float], "unbalance [x, y], rotor frame"),
     Key("z_mm", float, "position along the axis, rotor frame"),
     Key("pm_g_mm", float, "uncertainty of its unbalance", NOT_NEGATIVE, 0.0),
 )
@@ -95,7 +95,7 @@ ENGINE = Key(
         Key(
             "rod_length_mm",
             float,
-            "eye to eye",
+            "length from eye to eye",
             POSITIVE,
             None,
             verbs="forces, cycle, strength, orders, shafts, bench",

@@ -16,7 +16,7 @@ from autobalance.toml_files.typed_units import WEIGHT_TABLES
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 BODY = (
-    Key("file", str, "its solid, relative to the job file"),
+    Key("file", str, "solid file, relative to the job file"),
     Key("unit", LengthUnit, "length unit of the file, if its format carries no unit", default=None),
     *density_keys("the part"),
     Key("density_pm_kg_m3", float, "uncertainty of the density", NOT_NEGATIVE, 0.0),
@@ -28,7 +28,7 @@ SOLID = Key(
     says="weight measured from a solid",
     keys=(
         *BODY,
-        Key("pieces", int, "how many there are", COUNTED, 1),
+        Key("pieces", int, "number of pieces", COUNTED, 1),
         Key("distribution", Distribution, "distribution of the ± in `study`", default=None, verbs="study"),
     ),
 )

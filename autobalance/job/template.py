@@ -22,9 +22,9 @@ from autobalance.toml_files.typed_units import FILL_IN
 
 WIDTH = 108
 ORIGINAL_TITLE = (
-    "Parts that the crank was balanced for, if they differ, as before a lighter piston (was; [engine] is). "
-    'All "FILL IN": the same parts. Filled in, balance.factor may stay "FILL IN": it is then "original", '
-    "what the crank had with these parts"
+    "Weights of the original parts, if they differ from the new ones in [engine], as before a lighter "
+    'piston. All "FILL IN": the parts are the same. With these weights, balance.factor may stay "FILL IN": '
+    'it is then "original", the factor that the crank had with these parts'
 )
 WORDS = ("share",)
 """Units that the meaning gives in words."""
@@ -84,12 +84,12 @@ class RecognisedCrank:
 def job_rows(crank: RecognisedCrank) -> list[Row]:
     """Return the rows of a job, headings with an empty key."""
     rows = [
-        *table_rows(JOB),
         *_crankshaft(crank),
         *_engine(crank),
         *_original(crank),
         *_balance(crank),
         *_correction(crank),
+        *table_rows(JOB),
     ]
     for key, value in crank.known.items():
         rows = _with_value(rows, key, value)
@@ -155,7 +155,7 @@ def _crankshaft(crank: RecognisedCrank) -> list[Row]:
         if key not in ("file", "unit", "density_kg_m3", "crankpin_in_file")
     ]
     return rows + [
-        _row(f"crankshaft.{key}", value, "recognised; say it only to overrule that", active=False)
+        _row(f"crankshaft.{key}", value, "recognised; set it only to change that", active=False)
         for key, value in crank.hints.items()
         if key not in crank.asked
     ]
@@ -172,7 +172,7 @@ USUAL_PARTS: Mapping[str, Mapping[str, str]] = {
         "wrist_pin": "",
         "rings_clips_oil": "rings, clips, and the oil on them",
     },
-    "crankpin_g": {"oil": "parts of one throw's crankpin"},
+    "crankpin_g": {"oil": "other parts on or in the crankpin"},
 }
 """Parts that an engine has, by their table: name → what it is."""
 
@@ -201,7 +201,7 @@ def _engine(crank: RecognisedCrank) -> list[Row]:
             rows += [_unknown(name, part) for name, part in parts.unknown.items()]
     if not crank.crankpin_in_file:
         rows.append(Row("engine.crankpin_g.crankpin", FILL_IN, "g", "the crankpin, which is not in the file"))
-    rows.append(Row("engine.crankpin_g.oil", 4.0, "g", "parts of one throw's crankpin", active=False))
+    rows.append(Row("engine.crankpin_g.oil", 4.0, "g", "other parts on or in the crankpin", active=False))
     return rows
 
 
@@ -209,13 +209,13 @@ def _original(crank: RecognisedCrank) -> list[Row]:
     """Return the rows of the parts that the crank was balanced for, each as ``[engine]`` has one now."""
     tables = {name: USUAL_PARTS[name] for name in ("rotating_g", "reciprocating_g")}
     rows = [
-        Row(f"original.{table}.{name}", FILL_IN, "g", f"was; engine.{table}.{name} is")
+        Row(f"original.{table}.{name}", FILL_IN, "g", f"new: engine.{table}.{name}")
         for table, names in tables.items()
         for name in names
     ]
     if not crank.crankpin_in_file:
         key = "crankpin_g.crankpin"
-        rows.append(Row(f"original.{key}", FILL_IN, "g", f"was; engine.{key} is"))
+        rows.append(Row(f"original.{key}", FILL_IN, "g", f"new: engine.{key}"))
     return [_heading(ORIGINAL_TITLE), *rows]
 
 
@@ -257,13 +257,13 @@ def _unknown(name: str, part: Mapping[str, Any]) -> Row:
 def _balance(crank: RecognisedCrank) -> list[Row]:
     rows = {
         "factor": _row("balance.factor", FILL_IN, crank.factor_hint),
-        "grade": _row("balance.grade", FILL_IN, "6.3 in racing, 16 coarser"),
+        "grade": _row("balance.grade", FILL_IN, "6.3 for racing; 16 is coarser"),
         "speed_rpm": _row("balance.speed_rpm", FILL_IN),
         "judge": _row("balance.judge", "static" if crank.planes_mm is None else "dynamic"),
     }
     if crank.planes_mm is not None:
         key = "tolerance_planes_mm"
-        rows[key] = _row(f"balance.{key}", list(crank.planes_mm), "the middle of the outermost main journals")
+        rows[key] = _row(f"balance.{key}", list(crank.planes_mm), "middles of the outermost main journals")
     return [_heading(_title(BALANCE)), *rows.values(), *_hints(BALANCE, "balance", rows)]
 
 
@@ -271,7 +271,7 @@ def _correction(crank: RecognisedCrank) -> list[Row]:
     key = correction_key()
     of_kind = next(each for each in key.keys if each.name == crank.method)
     return [
-        _heading(_title(key) + "; every limit has the default shown after its key"),
+        _heading(_title(key) + "; a limit in a line with # has the value shown there"),
         _row("correction.method", crank.method),
         _row("correction.prefer", "simple", active=False),
         _row("correction.depth_tolerance_mm", 0.05, active=False),

@@ -32,7 +32,7 @@ class Spindle:
     max_rpm: Annotated[float, POSITIVE, "highest spindle speed"]
     program_number: Annotated[int, PROGRAM, "fanuc: O-number of the first set-up, then one more each"] = 1000
     coolant: Annotated[str, 'code that turns it on; "" for none'] = "M8"
-    rapid_mm_min: Annotated[float, POSITIVE, "for the time only"] = 15000.0
+    rapid_mm_min: Annotated[float, POSITIVE, "rapid feed, for the time only"] = 15000.0
     travel_mm: Annotated[
         tuple[float, float, float] | None, POSITIVE, "travel of X, Y and Z that programs must keep to"
     ] = None
@@ -67,7 +67,7 @@ class CuttingTool:
     diameter_mm: Annotated[float, LENGTH, InFile(filled=True), "diameter of drill or mill"]
     point_deg: Annotated[float, POINT, "point angle of a drill; 180: flat"] = 118.0
     flute_mm: Annotated[float, LENGTH, InFile(filled=True), "cutting length; not for a turning tool"]
-    stick_out_mm: Annotated[float, LENGTH, "from the holder's face to the tip"]
+    stick_out_mm: Annotated[float, LENGTH, "length from the holder's face to the tip"]
     holder: Annotated[
         tuple[tuple[float, float], ...], LENGTH, "diameter and length of each step, from the tool's side"
     ]

@@ -38,8 +38,8 @@ START_TABLES = ("crankshaft", "engine", "original", "balance", "cycle")
 class Hole:
     """A lightening hole through free metal."""
 
-    centre_mm: Annotated[Pair, "in the web's own axes, from its crankpin"]
-    diameter_mm: Annotated[float, POSITIVE, "its diameter"]
+    centre_mm: Annotated[Pair, "centre in the web's own axes, from its crankpin"]
+    diameter_mm: Annotated[float, POSITIVE, "diameter"]
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Drilling:
 
     from_mm: Annotated[Point, "one end"]
     to_mm: Annotated[Point, "the other end"]
-    diameter_mm: Annotated[float, POSITIVE, "its diameter"]
+    diameter_mm: Annotated[float, POSITIVE, "diameter"]
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class PistonRoom:
     throw: Annotated[int, COUNTED, "which throw"]
     skirt_below_pin_mm: Annotated[float, "length of its skirt below the wrist pin"]
     half_width_mm: Annotated[float, POSITIVE, "half the width of the skirt"]
-    z_mm: Annotated[Pair, "from and to, along the axis"]
+    z_mm: Annotated[Pair, "first and last place along the axis"]
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class RodRoom:
     throw: Annotated[int, COUNTED, "which throw"]
     big_end_radius_mm: Annotated[float, POSITIVE, "outside radius of the big end"]
     shank_half_width_mm: Annotated[float, POSITIVE, "half the width of the shank"]
-    z_mm: Annotated[Pair, "from and to, along the axis"]
+    z_mm: Annotated[Pair, "first and last place along the axis"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,9 +111,9 @@ class ShaftRoom:
     centre_mm: Annotated[Pair, "position of its axis, rotor frame at crank angle 0"]
     outline_mm: Annotated[Points | None, "outline about its axis, three points or more"] = None
     radius_mm: Annotated[float | None, POSITIVE, "or its radius"] = None
-    ratio: Annotated[float, "its speed over the crank's"] = -1.0
+    ratio: Annotated[float, "speed divided by the crank speed"] = -1.0
     phase_rad: Annotated[float, DEGREES, "angle of its outline at crank angle 0"] = 0.0
-    z_mm: Annotated[Pair, "from and to, along the axis"]
+    z_mm: Annotated[Pair, "first and last place along the axis"]
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ class FemLimits:
     min_frequency_hz: Annotated[float | None, POSITIVE, "lowest natural frequency"] = None
     max_stress_MPa: Annotated[float | None, POSITIVE, "largest stress"] = None
     size_mm: Annotated[float | None, POSITIVE, "largest edge of the mesh"] = None
-    analyses: Annotated[int, FOUR, "how many designs are analysed in the search"] = DEFAULT_ANALYSES
+    analyses: Annotated[int, FOUR, "number of designs analysed in the search"] = DEFAULT_ANALYSES
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ class LinkCrank(SliderCrank):
     master_bank_rad : float
         Direction of the master's cylinder from the link's [rad].
     knuckle_radius_mm : float
-        From the crankpin to the knuckle pin [mm].
+        Distance from the crankpin to the knuckle pin [mm].
     knuckle_rad : float
         Of the knuckle pin about the crankpin, from the master rod's axis [rad].
 

@@ -30,7 +30,7 @@ class BalanceShaft:
     Attributes
     ----------
     order : int
-        Its speed over the crank's, without sign.
+        Speed divided by the crank speed, without sign.
     forward : bool
         True where it turns as the crank does.
     product_g_mm : float

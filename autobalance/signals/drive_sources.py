@@ -106,8 +106,8 @@ class DrivenShaft:
     """A shaft or accessory that the crank drives."""
 
     name: Annotated[str, "name in reports"]
-    speed: Annotated[float, POSITIVE, "its speed over the crank's"]
-    unbalance_g_mm: Annotated[float | None, NOT_NEGATIVE, "its unbalance"] = None
+    speed: Annotated[float, POSITIVE, "speed divided by the crank speed"]
+    unbalance_g_mm: Annotated[float | None, NOT_NEGATIVE, "unbalance"] = None
 
     def sources(self, crank_rad_s: float | None) -> list[Source]:
         """Return the order of its rotation, with its force where speed and unbalance are known."""

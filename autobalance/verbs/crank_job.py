@@ -72,9 +72,11 @@ def options_of_crank(
     density_kg_m3 : float or str or None
         Density [kg/m³], required unless the material is named.
     material : str or None
-        Material in place of the density, one of autobalance calc density.
-    rotating_g, reciprocating_g : float or str or None
-        Rotating or reciprocating mass of one rod, in g, or with its unit as 4.7 oz.
+        Name of a material, in place of the density; ``autobalance calc density`` lists them.
+    rotating_g : float or str or None
+        Rotating mass of one rod, in g or with its unit, such as 4.7 oz.
+    reciprocating_g : float or str or None
+        Reciprocating mass of one rod with its piston, in g or with its unit.
     crankpin_g : float or str or None
         Mass of the crankpin in g or with its unit, for a pressed-up crank whose file has
         no crankpin.
@@ -91,7 +93,7 @@ def options_of_crank(
     speed_rpm : float or str or None
         Maximum service speed [rpm].
     method : str or sequence of str or None
-        Methods of correction, with commas between; None: drill.
+        Correction method, or several with commas; None: drill.
     """
     return {
         "unit": unit,

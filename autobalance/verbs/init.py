@@ -46,6 +46,12 @@ from autobalance.verbs.progress import telling
 from autobalance.verbs.result import VerbResult
 
 JOB_ENDINGS = (".toml", ".xlsx")
+GUIDE = """\
+# A job for autobalance. Replace each "FILL IN" by your value; those of [original] may stay. Lines that begin
+# with # are optional: they show the default or an example. Remove the # to set one.
+
+"""
+"""First lines of a job, for the person who fills it in."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -101,12 +107,12 @@ def init(
     density_kg_m3 : float or None
         Density [kg/m³]; None: left to fill in.
     method : str
-        Kind of correction to begin with, or kinds with commas between.
+        Correction method, or several with commas.
     settings : sequence of str
         Key of the job to set, for example crankshaft.crankpin_in_file=false. Each as text.
     shop : bool
-        Write shop.toml, the shop's own file: its name, tools and machine, read with every job beside it. In
-        the user's configuration folder it is read with all jobs.
+        Write shop.toml with the name, tools and machine of the shop; every job in its folder uses it. In the
+        user's configuration folder all jobs use it.
     **options
         Keys of the job as for ``balance``, which are filled in: ``rotating_g``, ``reciprocating_g`` and more.
 
@@ -118,7 +124,7 @@ def init(
     if shop:
         return _shop(source, file)
     if source is None:
-        raise UsageError("init needs a CRANK or a JOB; or --shop for the shop's own file")
+        raise UsageError("init needs a CRANK or a JOB, or --shop for the shop's file")
     source = Path(source)
     target = Path(file) if file is not None else Path(f"{source.stem}.toml")
     if target.suffix.lower() not in JOB_ENDINGS:
@@ -133,7 +139,7 @@ def init(
     telling(progress)("reading the crank")
     recognised = _recognised(source, target, tables_of_options(given, settings))
     rows = job_rows(recognised)
-    data = write_workbook(rows) if _is_workbook(target) else commented_toml(rows).encode()
+    data = write_workbook(rows) if _is_workbook(target) else (GUIDE + commented_toml(rows)).encode()
     left = [key for row in rows if row.active for key in _left(leaves(row.value, row.key))]
     return InitResult(InitReport(crank=str(source), job=str(target), fill_in=left), target, data)
 
@@ -146,9 +152,9 @@ def _left(values: Sequence[tuple[str, Any]]) -> list[str]:
 def _shop(source: str | Path | None, file: str | Path | None) -> InitResult:
     target = Path(SHOP_FILE if file is None else file)
     if source is not None:
-        raise UsageError(f"--shop beside {source}; the shop's own file is for every crank: leave it out")
+        raise UsageError(f"--shop writes the shop's file and takes no crank; leave out {source}")
     if target.suffix.lower() != ".toml":
-        raise UsageError(f"-o {target}: the shop's own file ends in .toml")
+        raise UsageError(f"-o {target}: the shop's file ends in .toml")
     report = InitReport(crank=None, job=None, shop=str(target), fill_in=())
     return InitResult(report, target, commented_toml(table_rows(SHOP), kept=("shop",)).encode())
 

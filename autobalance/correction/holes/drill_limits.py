@@ -45,19 +45,19 @@ class DrillLimits(Limits):
         Drills to pick from: "mm" (4 to 25 in steps of 0.5), "inch" (fractions 1/8 to 1), "letter" (A to Z),
         "number" (60 to 1), or a list of these and diameters; None: the shop's, else "mm".
     max_drills : int
-        Different drills in one plan, at most.
+        Number of different drills in one plan, at most.
     point_angle_deg : float
-        118 is that of a common twist drill; 180 a flat bottom.
+        Point angle: 118 for a common twist drill, 180 for a flat bottom.
     min_depth_mm, max_depth_mm, depth_step_mm : float
-        Of the full diameter, without the point, from the surface on the hole's axis; step 0: any depth.
+        Depth of the full diameter, without the point, from the surface on the hole's axis; step 0: any depth.
     max_holes : int
-        On each counterweight.
+        Number of holes in each counterweight, at most.
     min_wall_mm : float
-        From the hole's surface to any surface but the one it enters and its continuation.
+        Wall from the hole to any surface except the one it enters and its continuation.
     min_spacing_mm : float
-        Between holes.
+        Spacing between holes.
     sectors_deg : tuple of (float, float)
-        Where the axes of holes may lie: angles in the rotor frame, counter-clockwise from the first to
+        Sectors for the axes of holes: angles in the rotor frame, counter-clockwise from the first to
         the second; (0, 360) is all around.
     positions : tuple of tuple of float, or None
         The only places for holes: [angle_deg, z_mm] for radial holes, [angle_deg, z_mm, radius_mm] for axial
@@ -65,13 +65,12 @@ class DrillLimits(Limits):
         them as suffice get the same drill and one stop depth if that keeps the tolerance. An existing blind
         hole is deepened; ``zone`` is not used.
     zone : "counterweights", "web" or "anywhere"
-        The counterweight, as far as its rim's arc extends and down to the main journals' fillets, the half of
-        any web away from the crankpin, or all of any web.
+        Zone for holes: the counterweight (its rim's arc, down to the main journals' fillets), the half of any
+        web away from the crankpin, or all of any web.
     max_obliquity_deg : float
-        Between a hole's axis and the normal of the surface that it enters: a drill runs off a slanted one.
+        Angle between a hole's axis and the normal of the surface it enters: a drill runs off a slanted one.
     min_step_mm : float
-        Smallest change of depth that a machine is set up for: a hole that is there is deepened by that at
-        least.
+        Depth step of the machine: an existing hole is deepened by at least this.
     deepen : bool or None
         Whether existing blind holes may be deepened by a drill of their diameter (to 2 %). The depth counts
         from the end of the old full diameter, or, if the old point differs, from the old bottom on the axis.

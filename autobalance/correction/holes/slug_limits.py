@@ -30,12 +30,12 @@ class SlugLimits(Limits):
     density_kg_m3 : float
         17 000 is that of usual tungsten alloy.
     max_slugs : int
-        On the whole crank.
+        Number of slugs in the whole crank, at most.
     min_wall_mm : float
-        From the bore's surface to any surface but the one it enters; towards the rim this is the wall that
+        Wall from the bore to any surface except the one it enters; towards the rim this is the wall that
         holds an axial slug against the centrifugal force. Between slugs too.
     sectors_deg : tuple of (float, float)
-        Where the axes of slugs may lie, as for drilled holes.
+        Sectors for the axes of slugs, as for drilled holes.
     fill : bool
         Blind holes that exist, of a slug's diameter to 2 %, may be filled.
     """

@@ -22,9 +22,9 @@ class MillLimits(Limits):
     min_wall_mm : float
         Metal between a pocket and any surface but the cheek it enters, and between pockets.
     min_depth_mm, max_depth_mm, depth_step_mm : float
-        From the cheek, along the axis; step 0: any depth.
+        Depth from the cheek, along the axis; step 0: any depth.
     sectors_deg : tuple of (float, float)
-        Where the middles of pockets may lie: angles in the rotor frame, counter-clockwise from the first to
+        Sectors for the middles of pockets: angles in the rotor frame, counter-clockwise from the first to
         the second; (0, 360) is all around.
     """
 

@@ -84,7 +84,7 @@ def find_eyes(mesh: Mesh, centre_mm: Array, cylinders: Sequence[CylinderFace] = 
     mesh : Mesh
         Closed, in the file's coordinates [mm].
     centre_mm : (3,) float
-        Its centre of mass.
+        Centre of mass.
     cylinders : sequence of CylinderFace
         The solid's own, where its file keeps them: the eyes are theirs, not fitted.
 

@@ -68,7 +68,7 @@ class Balancing:
     """Planes for added unbalance, and modes to be left without excitation."""
 
     planes_m: Annotated[tuple[float, ...], MM, "correction planes"]
-    modes: Annotated[int, COUNTED, "how many of the lowest planar modes"] = 1
+    modes: Annotated[int, COUNTED, "number of the lowest planar modes"] = 1
     rigid: Annotated[bool, "whether resultant and moment vanish too (N + 2)"] = False
 
 
@@ -86,7 +86,7 @@ class RunUp:
 
     from_rad_s: Annotated[float, RPM, NOT_NEGATIVE, "first speed"] = 0.0
     to_rad_s: Annotated[float, RPM, POSITIVE, "last speed"]
-    time_s: Annotated[float, POSITIVE, "how long it takes"]
+    time_s: Annotated[float, POSITIVE, "duration"]
     points: Annotated[int, POINTS, "times in the result"] = 2001
 
 

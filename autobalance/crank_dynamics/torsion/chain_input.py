@@ -21,7 +21,7 @@ from autobalance.units import M_PER_MM
 CHAIN = (
     *SHARED,
     Key("inertia", says="stations in order", keys=INERTIA, many=True),
-    Key("spring", says="between one station and the next", keys=SPRING, many=True, default=()),
+    Key("spring", says="springs between one station and the next", keys=SPRING, many=True, default=()),
     Key("torsion", says="settings of the calculation", keys=(DAMPING_RATIO,), default=FILLED),
 )
 """Every key of a chain's file."""

@@ -48,7 +48,7 @@ EXCITATION = (
 )
 PENDULUM = (
     Key("order", float, "order that it is tuned to", POSITIVE),
-    Key("distance_mm", float, "from the crank axis to its pivot", POSITIVE),
+    Key("distance_mm", float, "distance from the crank axis to the pivot", POSITIVE),
     Key("mass_g", float, "mass", POSITIVE),
     Key(
         "station",

@@ -35,7 +35,7 @@ BRANCH = (
     Key("inertia", says="stations of the branch in order", keys=INERTIA, many=True),
     Key(
         "spring",
-        says="from that station to the first and on; one fewer where a [[gear]] drives the branch",
+        says="springs from that station to the first and on; one fewer if a [[gear]] drives the branch",
         keys=SPRING,
         many=True,
         default=(),

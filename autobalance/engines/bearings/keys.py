@@ -99,7 +99,7 @@ def _viscosity(name: str, quantity: str) -> tuple[Key, Key]:
 
 def _form(kind: str, *keys: Key, speed: Range = POSITIVE) -> tuple[Key, ...]:
     return (
-        Key("kind", Literal[kind], "of bearing"),
+        Key("kind", Literal[kind], "kind of bearing"),
         Key(
             "speed_rpm",
             float | tuple[float, ...],
@@ -150,7 +150,7 @@ HYDRODYNAMIC = _form(
     *_viscosity("viscosity_Pa_s", "dynamic"),
     Key("load_N", float, "steady; or `eccentricity_ratio`, or a `[history]` alone", NOT_NEGATIVE, None),
     Key("eccentricity_ratio", float, "in place of the load; with petroff beside it", UP_TO_ONE, None),
-    Key("attitude_deg", float, 'from the load to the line of centres, with "petroff" only', default=None),
+    Key("attitude_deg", float, 'angle from load to line of centres, with "petroff" only', default=None),
     Key("solver", Solver, "model of the film", default="reynolds"),
     Key(
         "boundary",
@@ -222,7 +222,7 @@ def _rolling(model: Key, constants: tuple[Key, ...]) -> tuple[Key, ...]:
 SQUEEZE_FILM = _form(
     "squeeze_film",
     *_viscosity("viscosity_Pa_s", "dynamic"),
-    Key("load_N", float, "on the plates", NOT_NEGATIVE),
+    Key("load_N", float, "load on the plates", NOT_NEGATIVE),
     Key("film_mm", float, "thickness of the film", POSITIVE),
     Key("length_mm", float, "length of the plates", POSITIVE),
     Key("width_mm", float, "width of the plates", POSITIVE),

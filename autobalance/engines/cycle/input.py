@@ -159,7 +159,7 @@ FRICTION = (
 )
 PENDULUM = (
     Key("order", float, "order that it is tuned to", POSITIVE),
-    Key("distance_mm", float, "from the crank axis to its pivot", POSITIVE),
+    Key("distance_mm", float, "distance from the crank axis to the pivot", POSITIVE),
     Key("path", PendulumPath, "path of its mass", default="circular"),
     Key("swing_deg", float, "largest swing", POSITIVE, 20.0),
     Key("reduction", float, "share of the order's torque that it is to take", SHARE, 1.0),

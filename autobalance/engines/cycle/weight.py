@@ -29,7 +29,7 @@ TILT = Range("must be −90 to 90", least=-90.0, most=90.0)
 PART = (
     Key("name", str, "description: flywheel, clutch, sprocket", default=""),
     Key("mass_kg", float, "mass", NOT_NEGATIVE),
-    Key("z_mm", float, "its place along the crank axis", ANY),
+    Key("z_mm", float, "place along the crank axis", ANY),
 )
 GRAVITY = (
     Key(

@@ -60,7 +60,7 @@ def factor(
     progress: Progress | None = None,
     **options: Any,
 ) -> FactorResult:
-    """Return the balance factor that a crank has now, and what other factors leave and cost.
+    """Return the present balance factor of a crank, and the loads, residual and metal of others.
 
     Crank and weights are needed, grade and speed for what a factor costs. Nothing is cut.
 

@@ -88,7 +88,7 @@ MOUNTS = Key(
     verbs="forces",
     keys=(
         Key("mass_kg", float, "mass of the engine with all parts on it", POSITIVE),
-        Key("centre_mm", Vector, "its centre of mass"),
+        Key("centre_mm", Vector, "centre of mass"),
         Key("inertia_kg_mm2", tuple[Vector, Vector, Vector], "inertia about that centre, 3 × 3"),
         Key("damping_ratio", float, "damping ratio of mounts without their own", NOT_NEGATIVE, 0.05),
         Key("speed_rpm", tuple[float, float], "lowest and highest speed looked at", POSITIVE, None,

@@ -23,7 +23,7 @@ PLANE_KEYS = (
     Key("oz_in", float, "or [oz·in]", NOT_NEGATIVE, None),
     Key("g", float, "or a weight, with radius_mm", NOT_NEGATIVE, None),
     Key("radius_mm", float, "radius of that weight", POSITIVE, None),
-    Key("angle_deg", float, "where, in the machine's sense from its zero mark"),
+    Key("angle_deg", float, "angle in the machine's direction from its zero mark"),
 )
 READING_KEYS = (
     *AS_READ,

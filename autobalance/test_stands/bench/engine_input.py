@@ -14,7 +14,7 @@ from autobalance.toml_files.keys import read_document
 ENGINE = (
     Key("job", str, "job of the engine, with [cycle]; relative to this file"),
     Key("speeds_rpm", tuple[float, ...], "speeds held; default the job's", POSITIVE, None),
-    Key("run_up_rpm", tuple[float, float], "from one speed to another, without load", POSITIVE, None),
+    Key("run_up_rpm", tuple[float, float], "first and last speed of a run-up without load", POSITIVE, None),
 )
 VARIANT = (
     Key("name", str, "name", default=""),

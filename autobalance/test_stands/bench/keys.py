@@ -92,12 +92,12 @@ READING_KEYS = (
     Key("torque_N_m", float, "or the torque", default=None),
     Key("temperature_C", tuple[float, ...], "temperatures of the bearings, one a run", default=None),
     Key("drop", tuple[int, ...], "runs that do not count, from 1", default=()),
-    Key("simulated_N_m", float, "to compare with; default the run of that speed here", default=None),
+    Key("simulated_N_m", float, "torque to compare with; default the run of that speed here", default=None),
 )
 TIMED_KEYS = (
     Key("time_s", float, "time since the course began", NOT_NEGATIVE),
     Key("torque_N_m", float, "torque measured then", POSITIVE),
-    Key("pm_N_m", float, "its uncertainty, 95 %; without it: the readings' scatter", POSITIVE, None),
+    Key("pm_N_m", float, "uncertainty, 95 %; without it: the readings' scatter", POSITIVE, None),
 )
 HEAT_KEYS = (
     Key("capacity_J_K", float, "heat capacity of all that warms with the bearings", POSITIVE),

@@ -53,7 +53,7 @@ class RotorTable:
 
     report: Annotated[str | None, "report of balance or recut: its solid and its bob-weights"] = None
     mass_g: Annotated[float | None, NOT_NEGATIVE, "or: mass of the rotor"] = None
-    z_mm: Annotated[float | None, "its centre of mass"] = None
+    z_mm: Annotated[float | None, "place of the centre of mass"] = None
     transverse_g_mm2: Annotated[
         float | None, KG_MM2, POSITIVE, "inertia across the axis about the centre of mass"
     ] = None
@@ -65,7 +65,7 @@ class HiddenUnbalance:
     """``[[unbalance]]``: what the machine is to find."""
 
     z_mm: Annotated[float, "plane of the unbalance"]
-    g_mm: Annotated[float, NOT_NEGATIVE, "its size"]
+    g_mm: Annotated[float, NOT_NEGATIVE, "size"]
     angle_rad: Annotated[float, DEGREES, "its heavy side"]
 
     def in_plane(self) -> PlanarUnbalance:
@@ -125,7 +125,7 @@ class WatchedLine:
 LINE_KEYS = keys_of(WatchedLine)
 MACHINE_KEYS = (
     Key("seed", int, "seed of the noise", NOT_NEGATIVE, 1),
-    Key("runs", int, "how many readings", RUNS, 1),
+    Key("runs", int, "number of readings", RUNS, 1),
     Key("kind", MachineKind, "hard: forces; soft, nodal: displacements; cradle: moments; static: rolls"),
     SPEED_RPM,
     Key("planes_mm", Pair, "planes A, B of the reading; default the report's tolerance planes", default=None),
