@@ -135,6 +135,14 @@ def crank_factor(crank: Moments, loads: tuple[ThrowLoad, ...], attached: Moments
     return balance_factor(Unbalance.of(rotating).resultant_g_mm, loads)
 
 
+def makers_factor(job: Job, anatomy: Anatomy, crank: Moments) -> float | None:
+    """Return the balance factor of the untouched crank with its old parts; None without them."""
+    if job.original is None:
+        return None
+    loads = throw_loads(anatomy, job.engine, job.original)
+    return crank_factor(crank, loads, beside_throws(job.engine))
+
+
 def target_factor(job: Job, anatomy: Anatomy, crank: Moments) -> float:
     """Return the balance factor requested; with ``"original"``, the untouched crank's with its old parts.
 
@@ -145,8 +153,7 @@ def target_factor(job: Job, anatomy: Anatomy, crank: Moments) -> float:
     """
     if job.balance.factor is not None:
         return job.balance.factor
-    loads = throw_loads(anatomy, job.engine, job.original)
-    factor = crank_factor(crank, loads, beside_throws(job.engine))
+    factor = makers_factor(job, anatomy, crank)
     where = f'{job.path.name}: balance.factor = "original"'
     if factor is None:
         raise JobError(f"{where}: the throws cancel each other out, so the crank has no balance factor")

@@ -34,7 +34,7 @@ class Analysis:
 
 ANALYSES: Mapping[str, Analysis] = {
     **dict.fromkeys(
-        ("forces", "cycle", "strength", "shafts", "parts", "torsion", "study"), Analysis(job=True)
+        ("factor", "forces", "cycle", "strength", "shafts", "parts", "torsion", "study"), Analysis(job=True)
     ),
     "design": Analysis(job=True, schema="design-file"),
     "rotor": Analysis(schema="rotor-file"),

@@ -16,7 +16,7 @@ from autobalance.browser.forms import limits, tables
 from autobalance.browser.named_files import named_files
 from autobalance.browser.prediction import DRAGGED_KEYS, predicted
 from autobalance.browser.preview import preview
-from autobalance.browser.work import CARDS, MESH, MODEL, VIEW
+from autobalance.browser.work import CARDS, MESH, MODEL, VIEW, WEBS
 from autobalance.errors import AutobalanceError
 from autobalance.toml_files.text import toml_text
 
@@ -41,6 +41,7 @@ class Live:
             Route("/api/runs/{run}/job", self.job),
             Route("/api/runs/{run}/mesh", self.mesh),
             Route("/api/runs/{run}/view", self.view),
+            Route("/api/runs/{run}/webs", self.webs),
             Route("/api/runs/{run}/model", self.model),
             Route("/api/runs/{run}/papers/{name}", self.paper),
             Route("/api/runs/{run}/cards", self.cards),
@@ -99,6 +100,10 @@ class Live:
     async def view(self, request: Request) -> Response:
         """Give a corrected crank and the metal that went as a buffer."""
         return self._own(request.path_params["run"], VIEW)
+
+    async def webs(self, request: Request) -> Response:
+        """Return the webs of a result as the sheet draws them: title, labels of the cuts, SVG."""
+        return self._own(request.path_params["run"], WEBS)
 
     async def model(self, request: Request) -> Response:
         """Return a run's data for the page: whether a crank has its pins, or the linear model of its cuts."""

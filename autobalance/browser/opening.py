@@ -72,7 +72,10 @@ def open_example(name: str | None, project: Project) -> None:
         If there is no such preset.
     """
     if name is None:
-        open_job(bundled_folder() / "crf250r" / "drafted" / "factor-0.28.toml", project)
+        bundled = bundled_folder() / "crf250r" / "drafted"
+        open_job(bundled / "factor-0.28.toml", project)
+        before = toml_of((bundled / "factor-original.toml").read_text(encoding="utf-8"), JOB)["original"]
+        project.write_job(toml_text({**job_of(project), "original": before}))
         return
     from autobalance.drawn_cranks.verb import generate
 

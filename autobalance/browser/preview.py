@@ -29,7 +29,8 @@ def preview(inspected: Mapping[str, Any], tables: Mapping[str, Any], folder: Pat
     Returns
     -------
     dict
-        ``bob_weights``, ``balance_factor``, ``initial`` and ``tolerance`` with keys as in a report.
+        ``bob_weights``, ``balance_factor``, ``initial`` and ``tolerance`` with keys as in a report;
+        ``balance_factor.makers`` is the factor with the ``[original]`` parts, null without them.
 
     Raises
     ------
@@ -52,12 +53,17 @@ def preview(inspected: Mapping[str, Any], tables: Mapping[str, Any], folder: Pat
     factor = from_job.target_factor(job, anatomy, crank)
     tolerance = from_job.tolerance_of(job, anatomy, crank)
     initial = Unbalance.of(crank + bob_weight_moments(loads, factor) + attached)
+    fitted = from_job.fitted_bob_weights_g(job, anatomy, factor)
     return {
         "bob_weights": [
-            {"throw": throw.number, "mass_g": load.parts.bob_weight_g(factor)}
-            for throw, load in zip(anatomy.throws, loads, strict=True)
+            {"throw": throw.number, "mass_g": load.parts.bob_weight_g(factor), "fit_g": fit_g}
+            for throw, load, fit_g in zip(anatomy.throws, loads, fitted, strict=True)
         ],
-        "balance_factor": {"initial": from_job.crank_factor(crank, loads, attached), "target": factor},
+        "balance_factor": {
+            "initial": from_job.crank_factor(crank, loads, attached),
+            "target": factor,
+            "makers": from_job.makers_factor(job, anatomy, crank),
+        },
         "initial": encoded(records.Unbalance.of(initial, tolerance.places_mm)),
         "tolerance": {
             "permissible_g_mm": tolerance.permissible_g_mm,

@@ -21,6 +21,7 @@ from autobalance.verbs.declaration import parameters_of
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
+    from autobalance.report.material import Material
     from autobalance.runtime import Progress
     from autobalance.verbs.balance import BalanceResult
     from autobalance.verbs.crank import Crank
@@ -30,6 +31,7 @@ MESH = "mesh.bin"
 VIEW = "view.bin"
 MODEL = "model.json"
 CARDS = "cards.json"
+WEBS = "webs.json"
 DRAWING = "dxf"
 REPORT = "report.json"
 SUMMARY = "summary.txt"
@@ -180,23 +182,26 @@ def _written(result: BalanceResult, place: Place, notify: Progress) -> int:
     """Write the command's files, and the page's view of them."""
     from autobalance.browser.meshes import result_view
     from autobalance.browser.prediction import linear_model
+    from autobalance.report.bundle import bundle
 
     result.write(place.results, progress=notify)
     notify("writing certificate, card and drawing", 0.97)
-    papers = _papers(result)
+    material = _material(result)
+    papers = dict(bundle(material).values())
     for name, data in papers.items():
         place.keep(name, data)
+    place.keep(WEBS, _webs(material))
     model = {**linear_model(result), "papers": list(papers)}
     place.keep(MODEL, json.dumps(model, allow_nan=False).encode())
     place.keep(VIEW, result_view(result))
     return result.exit_code
 
 
-def _papers(result: BalanceResult) -> dict[str, bytes]:
-    """Return the files that the command writes only where they are requested; the drawing with its extra."""
+def _material(result: BalanceResult) -> Material:
+    """Return the material of what the command writes only on request; of the drawing with its extra."""
     from autobalance.errors import FormatError
     from autobalance.report.balance.values import showable
-    from autobalance.report.bundle import bundle, choice_of
+    from autobalance.report.bundle import choice_of
     from autobalance.report.material import Material
     from autobalance.report.output_kinds import KINDS
 
@@ -210,10 +215,19 @@ def _papers(result: BalanceResult) -> dict[str, bytes]:
         pass
     before, report = result.before.measured.source.solid, showable(result.report)
     units = (report["job"].get("shop") or {}).get("units") or "metric"
-    choice = choice_of(kinds, "A4", units)
     ended = record.result
-    made = bundle(Material(report, choice, before, ended.solid, ended.tools, lambda _: None))
-    return dict(made.values())
+    return Material(report, choice_of(kinds, "A4", units), before, ended.solid, ended.tools, lambda _: None)
+
+
+def _webs(material: Material) -> bytes:
+    """Return the webs that are cut, each on its degree wheel, as the sheet draws them; as JSON."""
+    from dataclasses import asdict
+
+    from autobalance.paper.svg_pen import web_drawings
+
+    report = material.report
+    drawn = web_drawings(report, material.drawings, material.choice.units) if report["corrections"] else []
+    return json.dumps([asdict(each) for each in drawn]).encode()
 
 
 def _cut(request: Asked, place: Place, notify: Progress) -> int:

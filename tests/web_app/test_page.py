@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from autobalance.correction import KINDS
 from autobalance.job.template import USUAL_PARTS
 from tests.report.browser import Browser, missing
 from tests.web_app import small
@@ -223,6 +224,29 @@ def test_a_run_that_is_cancelled_leaves_nothing(page: Browser, project: Served) 
     assert not (project.project / ".app" / run).exists()
 
 
+def kind_cards(page: Browser, rows: dict[str, dict[str, Any]]) -> None:
+    """Hold the cards of the kinds to it: a picture each, and cuts, grams, wall and residual as compared."""
+    found = page.run(
+        "return [...document.querySelectorAll('.kind')].map(each => [each.dataset.kind, each.dataset.old,"
+        "each.querySelectorAll('svg .k-metal ~ *').length, each.querySelector('.badge').dataset.tone,"
+        "each.querySelector('.says').textContent])"
+    )
+    assert {kind for kind, *_ in found} == set(KINDS)
+    for kind, is_old, drawn, tone, says in found:
+        row = rows[kind]
+        assert (is_old, drawn > 2) == ("false", True)
+        if row["outcome"] is None:
+            assert (tone, says) == ("plain", "no place on this crank")
+            continue
+        assert tone == ("bad" if row["outcome"] == "above_tolerance" else "good")
+        assert f": {row['cuts']}, {row['metal_moved_g']:.1f} g" in says
+        wall = row["wall_left_mm"]
+        assert ("no thin wall" if wall is None else f"wall left {wall:.1f} mm") in says
+    seen = [f"limit-drill-{key}_mm" for key in ("min_wall", "max_depth", "depth_step")]
+    boxes = "return arguments[0].map(id => document.getElementById(id).getClientRects().length)"
+    assert page.run(boxes, seen) == [1, 1, 1]
+
+
 def test_the_board_shows_every_alternative(page: Browser, project: Served) -> None:
     page.click_on(at("tab-correct"))
     page.click_on(at("compare"))
@@ -247,6 +271,7 @@ def test_the_board_shows_every_alternative(page: Browser, project: Served) -> No
         if report["rows"][cards[name]]["outcome"]:
             key = f"rows.{cards[name]}.residual_g_mm"
             assert shown[key] == report["rows"][cards[name]]["residual_g_mm"]
+    kind_cards(page, {row["method"][0]: row for row in report["rows"] if len(row["method"]) == 1})
     page.run("for (const each of document.querySelectorAll('#board img')) each.loading = 'eager'")
     pictures = "[...document.querySelectorAll('#board img')]"
     until(page, f"return {pictures}.length >= 2 && {pictures}.every(each => each.naturalWidth > 100)")

@@ -1,6 +1,8 @@
 """A result on the page: its cuts dragged in the model, its section, its plots; a view in a notebook."""
 
 import base64
+import json
+import math
 import re
 import sys
 from pathlib import Path
@@ -192,7 +194,7 @@ def test_a_handle_is_worked_by_keys_and_by_its_slider(page: Browser, cuts: list[
 def test_the_list_of_cuts_says_where_and_turns_the_view_to_each(page: Browser, project: Served) -> None:
     made = latest(project, "balance")["report"]["corrections"]
     where = (
-        "const row = document.getElementById('cuts').tBodies[0].rows[arguments[0]];"
+        "const row = document.querySelectorAll('#cuts tr.turns')[arguments[0]];"
         "row.cells[0].firstChild.click();"
         "const view = document.getElementById('model').view;"
         "const away = view.camera.position.clone().sub(view.controls.target).normalize();"
@@ -202,7 +204,7 @@ def test_the_list_of_cuts_says_where_and_turns_the_view_to_each(page: Browser, p
     for place, cut in enumerate(made):
         cells, away, selected = page.run(where, place)
         assert cells[0] == str(cut["number"])
-        where_it_is = f"web {cut['web']}, from rimdrill ⌀{cut['diameter_mm']:.2f}, z {cut['z_mm']:.2f}"
+        where_it_is = f"Hole⌀{cut['diameter_mm']:.2f}, z {cut['z_mm']:.2f}"
         assert cells[1] == where_it_is.replace("-", "\u2212")
         assert cells[2] == f"{cut['angle_deg']:.1f}° P1↺"
         assert float(cells[3]) == pytest.approx(cut["entry_radius_mm"], abs=0.005)
@@ -373,3 +375,36 @@ def test_the_view_in_a_notebook_draws_without_the_app(window: Browser, tmp_path:
     assert window.run(f"return Number({view}.dataset.triangles)") == len(
         crank.measured.source.solid.mesh.triangles
     )
+
+
+def test_cuts_stand_by_set_up_and_web_and_each_web_is_drawn_as_on_the_sheet(
+    page: Browser, project: Served
+) -> None:
+    page.click_on(at("tab-see"))
+    made = {each["number"]: each for each in latest(project, "balance")["report"]["corrections"]}
+    groups = page.run(
+        "return [...document.querySelectorAll('#cuts tbody')].map(each => [each.dataset.setup,"
+        "each.dataset.web, [...each.querySelectorAll('[data-cut]')].map(cut => Number(cut.dataset.cut))])"
+    )
+    assert sorted(number for *_, numbers in groups for number in numbers) == sorted(made)
+    for side, web, own in groups:
+        assert {str(made[number]["web"]) for number in own} == {web}
+        assert side == "rim"
+    page.click_on(at("view-webs"))
+    drawn = until(
+        page,
+        "return [...document.querySelectorAll('[data-testid=web-drawn]')].map(each => [each.dataset.labels,"
+        "[...each.querySelectorAll('circle')].map(c => ['cx', 'cy', 'r'].map(a => c.getAttribute(a)))])",
+    )
+    seen = set()
+    for labels, circles in drawn:
+        (cx, cy), *_ = [(float(x), float(y)) for x, y, _ in circles]  # the wheel
+        marks = [(float(x), float(y)) for x, y, r in circles if r == "0.450"]
+        for label, (x, y) in zip(json.loads(labels), marks, strict=True):
+            angle = math.degrees(math.atan2(cx - x, cy - y)) % 360.0  # crankpin 1 is up, counter-clockwise
+            for number in map(int, label.split(", ")[:1]):
+                assert angle == pytest.approx(made[number]["angle_deg"] % 360.0, abs=0.1)
+            seen |= set(map(int, label.split(", ")))
+    assert seen == set(made)
+    page.click_on("#views button")
+    assert page.run("return document.getElementById('webs').hidden")

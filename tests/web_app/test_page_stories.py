@@ -130,7 +130,7 @@ def test_an_inline_four_with_drilled_holes(window: Browser, app: Served, tmp_pat
         shows_the_report(page, app)
         report = latest(app, "balance")["report"]
         assert {each["kind"] for each in report["corrections"]} == {"drill"}
-        assert page.run("return document.getElementById('cuts').tBodies[0].rows.length") == len(
+        assert page.run("return document.querySelectorAll('#cuts tr.turns').length") == len(
             report["corrections"]
         )
         assert page.run("return document.querySelectorAll('.handle').length") == len(report["corrections"])

@@ -199,7 +199,7 @@ def test_a_hole_has_one_angle_and_its_entry_radius(page: Browser, project: Serve
     report = latest(project, "balance")["report"]
     zero = (report["crank"]["datums"]["angle"] or {"angle_deg": 0.0})["angle_deg"]
     rows = page.run(
-        "return [...document.querySelectorAll('#cuts tbody tr')]"
+        "return [...document.querySelectorAll('#cuts tr.turns')]"
         ".map(row => [...row.cells].map(each => each.textContent))"
     )
     listed = project.ask(f"/api/runs/{latest(project, 'balance')['id']}/papers/holes.csv").body.decode()

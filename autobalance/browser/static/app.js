@@ -25,6 +25,7 @@ import { mount, redraw } from "/static/store.js";
 import * as see from "/static/see.js";
 import { Toast } from "/static/toast.js";
 import { t, translated } from "/static/words.js";
+import * as webs from "/static/webs.js";
 import * as views from "/static/views.js";
 import { View } from "/static/view.js";
 
@@ -79,7 +80,7 @@ async function begin() {
   translated(document.body);
   limits.setUp(declared.kinds);
   for (const each of [open, correct, see, drag, views, keys]) each.setUp(view);
-  for (const each of [dragPanels, parts, jobText, analyse, board, machine, nc, settings, helpLine, frame]) each.setUp();
+  for (const each of [dragPanels, parts, jobText, analyse, board, machine, nc, settings, helpLine, webs, frame]) each.setUp();
   clash.setUp($("clash-root"));
   mount(Toast, $("toast-root"));
   proposed(await brought(() => askJson("/api/project")));

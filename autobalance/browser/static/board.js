@@ -9,7 +9,7 @@ import { signal } from "/static/store.js";
 import { t } from "/static/words.js";
 
 const VERDICTS = { within_tolerance: "within tolerance", already_within_tolerance: "already within tolerance", above_tolerance: "above tolerance" };
-const shown = signal(null); // { id, rows, pictures, recommended, why, whole }
+const shown = signal(null); // { id, of, rows, pictures, recommended, why, whole }
 const asking = signal(""); // a card that fails, and that somebody is about to take all the same
 
 export function setUp() {
@@ -18,9 +18,10 @@ export function setUp() {
 export const compare = guarded(async () => {
   answered();
   let seen = 0;
+  const of = asks(job(true));
   const meanwhile = async (told) => {
     const found = await askJson(`/api/runs/${told.id}/cards`).catch(() => null);
-    if (found && found.rows.length + found.pictures.length > seen && !shown.value?.whole) { seen = found.rows.length + found.pictures.length; shown.value = { id: told.id, ...found, whole: false }; }
+    if (found && found.rows.length + found.pictures.length > seen && !shown.value?.whole) { seen = found.rows.length + found.pictures.length; shown.value = { id: told.id, of, ...found, whole: false }; }
   };
   shown.value = null;
   const told = await watched(() => start("compare", { job: job(true) }, "", meanwhile));
@@ -28,9 +29,28 @@ export const compare = guarded(async () => {
 });
 
 export async function board(told) {
-  const report = await askJson(`/api/runs/${told.id}/report`);
+  const of = asks((await askJson(`/api/runs/${told.id}/asked`)).job), report = await askJson(`/api/runs/${told.id}/report`);
   const pictures = told.files.filter((name) => name.endsWith(".png")).map((name) => name.replace(/\.png$/, ""));
-  shown.value = { id: told.id, rows: report.rows, pictures, recommended: report.recommended?.join("+"), why: report.why, unbeaten: report.unbeaten, whole: true };
+  shown.value = { id: told.id, of, rows: report.rows, pictures, recommended: report.recommended?.join("+"), why: report.why, unbeaten: report.unbeaten, whole: true };
+}
+
+// What the alternatives depend on: all of a job but which of them is chosen.
+function asks({ correction = {}, ...job }) {
+  const { method, cut, keep, ...limits } = correction;
+  return JSON.stringify({ ...job, limits }, (_, value) => (value && typeof value === "object" && !Array.isArray(value) ? Object.fromEntries(Object.entries(value).sort(([a], [b]) => (a < b ? -1 : 1))) : value));
+}
+// The alternative of one method, or mix, as it was compared last; old: of an earlier job.
+export function compared(methods) {
+  const name = methods.join("+"), place = shown.value?.rows.findIndex((row) => nameOf(row) === name) ?? -1;
+  if (place < 0) return null;
+  return { row: shown.value.rows[place], place, isBest: shown.value.recommended === name, isOld: shown.value.of !== asks(job(true)), hasPicture: shown.value.pictures.includes(name) };
+}
+export const hasCompared = () => Boolean(shown.value);
+// The picture of an alternative over the view; none: gone.
+export function pictured(name) {
+  const url = name && shown.value?.pictures.includes(name) ? `/api/runs/${shown.value.id}/cards/${encodeURIComponent(`${name}.png`)}` : "";
+  $("big-picture").hidden = !url;
+  $("big-picture").replaceChildren(...(url ? [Object.assign(new Image(), { src: url, alt: "" })] : []));
 }
 
 const nameOf = (row) => row.method.join("+");
@@ -41,21 +61,23 @@ const plan = (row) => JSON.stringify([row.outcome, row.residual_g_mm, row.metal_
 export function Board() {
   return html`<div id="board" data-testid="board" role="group" aria-label=${t("Alternatives")}><${Cards}/></div>`;
 }
+// The sentence that says why one is recommended.
+export const Why = () => (shown.value?.why ? html`<p class="quiet" id="board-why">${shown.value.why}</p>` : "");
 function Cards() {
   if (!shown.value) return null;
-  const { rows, recommended, why, whole } = shown.value, first = new Map();
+  const { rows, recommended, whole } = shown.value, first = new Map();
   rows.forEach((row, place) => { if (row.outcome && !first.has(plan(row))) first.set(plan(row), { row, place, also: [] }); else if (row.outcome) first.get(plan(row)).also.push(nameOf(row)); });
   const none = rows.flatMap((row, place) => (row.outcome ? [] : [{ row, place, also: [] }]));
   const rank = ({ row }) => (nameOf(row) === recommended ? 0 : row.rank ?? 1e6);
   const cards = [...[...first.values()].sort((a, b) => rank(a) - rank(b)), ...none];
-  return html`${whole ? "" : html`<p class="quiet" role="status">${t("More to come …")}</p>`}${why ? html`<p class="quiet" id="board-why">${why}</p>` : ""}${cards.map((each) => html`<${Card} key=${nameOf(each.row)} ...${each}/>`)}`;
+  return html`${whole ? "" : html`<p class="quiet" role="status">${t("More to come …")}</p>`}${cards.map((each) => html`<${Card} key=${nameOf(each.row)} ...${each}/>`)}`;
 }
 
 function Card({ row, place, also }) {
   const { id, pictures, recommended, unbeaten = [] } = shown.value, name = nameOf(row), url = `/api/runs/${id}/cards/${encodeURIComponent(`${name}.png`)}`, best = name === recommended, has = pictures.includes(name);
   const facts = [["Residual", "residual_g_mm"], ["Metal moved", "metal_moved_g"], ["Inertia", "inertia_change_kg_mm2"], ["Cuts", "cuts"], ["Wall left", "wall_left_mm"]];
   const grams = (key, value) => (key === "metal_moved_g" && value !== null ? " g" : "");
-  const big = (now) => { $("big-picture").hidden = !now; $("big-picture").replaceChildren(...(now ? [Object.assign(new Image(), { src: url, alt: "" })] : [])); };
+  const big = (now) => pictured(now ? name : "");
   const take = () => { if (good(row) || asking.value === name) { asking.value = ""; applied({ "correction.method": row.method }); } else asking.value = name; };
   return html`<article class=${best ? "card best" : "card"} aria-label=${name} onMouseEnter=${() => has && big(true)} onMouseLeave=${() => big(false)} onFocusIn=${() => has && big(true)} onFocusOut=${() => big(false)}><h3>${name}</h3>
     ${best ? html`<p class="tile-note">${t("Recommended")}</p>` : ""}${has ? html`<img src=${url} alt=${t("The crank corrected by {name}", { name })} loading="lazy"/>` : ""}

@@ -4,7 +4,8 @@ import { $ } from "/static/tools.js";
 import { guarded } from "/static/server.js";
 import { answered, at, changed, emit, job, keep, on, state } from "/static/job.js";
 import { WORDS, chosen, faces, has, isPoint, kinds, limitOf, listed, methods, sectors, setLimit, zones } from "/static/limits.js";
-import { Board, compare } from "/static/board.js";
+import { Board, Why, compare, hasCompared } from "/static/board.js";
+import { KindCards } from "/static/kind-cards.js";
 import { Field } from "/static/fields.js";
 import { Measured, Predicted } from "/static/measured.js";
 import { Cancel, Progress, RunList, start, watched } from "/static/runs.js";
@@ -77,12 +78,17 @@ function Correct() {
   const options = kinds.list.map((kind) => html`<option value=${kind.name}>${kind.name === kind.noun.toLowerCase() ? kind.name : `${kind.name}: ${t(kind.noun).toLowerCase()}`}</option>`);
   const set = (key) => ({ target }) => { chosen[key] = target.value; chosen.others = []; changed(); };
   const judge = ({ target }) => { keep("balance.judge", target.value); changed(); };
-  return html`<div class="fields wide"><label>${t("Correction method")} <select data-testid="method" id="method" value=${chosen.method} onInput=${set("method")}>${options}</select></label>
+  const isMixed = Boolean(chosen.also || chosen.others.length), used = methods().map(kinds.of).filter((kind) => kind);
+  return html`<div class="top"><h2>${t("Kind of cut")}</h2><small>${t("left, in {unit}", { unit: unitOf("g·mm") })}</small></div><${KindCards}/><${Why}/>
+    <p class="buttons"><button type="button" data-testid="compare" id="compare" onClick=${() => compare()}>${hasCompared() ? t("Compare again") : t("Compare all methods")}</button> <${Cancel}/></p><${Listed}/><${Progress}/>
+    <div id="first-limits" data-testid="first-limits">${used.map((kind) => html`<${Limits} key=${kind.name} kind=${kind} isFirst/>`)}</div>
+    <${Faces}/><${Zones}/><p class="quiet" id="pick-says" aria-live="polite">${says.value}</p>
+    <details class="fold" open=${isMixed}><summary>${t("Mix with another kind")} <small>${isMixed ? methods().join(" + ") : t("no")}</small></summary><div class="fields"><label>${t("Correction method")} <select data-testid="method" id="method" value=${chosen.method} onInput=${set("method")}>${options}</select></label>
     <label>${t("Mixed with")} <select data-testid="also" id="also" value=${chosen.also} onInput=${set("also")}><option value="">${t("nothing else")}</option>${options}</select></label>
-    <label>${t("Verdict on")} <select data-testid="judge" id="judge" value=${at("balance.judge") || "dynamic"} onInput=${judge}><option value="dynamic">${t("resultant and planes")}</option><option value="static">${t("resultant alone")}</option></select></label></div>
-    <p class="buttons"><button type="button" data-testid="compare" id="compare" onClick=${() => compare()}>${t("Compare all methods")}</button> <${Cancel}/></p>
-    <${Listed}/><${Progress}/><${RunList}/><${Faces}/><${Zones}/><p class="quiet" id="pick-says" aria-live="polite">${says.value}</p>
-    <details><summary>${t("Limits")}</summary><div id="limits">${methods().map(kinds.of).filter((kind) => kind).map((kind) => html`<${Limits} key=${kind.name} kind=${kind}/>`)}</div></details><${Board}/>`;
+    <label>${t("Verdict on")} <select data-testid="judge" id="judge" value=${at("balance.judge") || "dynamic"} onInput=${judge}><option value="dynamic">${t("resultant and planes")}</option><option value="static">${t("resultant alone")}</option></select></label></div></details>
+    <details class="fold"><summary>${t("More limits")}</summary><div id="limits">${used.map((kind) => html`<${Limits} key=${kind.name} kind=${kind}/>`)}</div></details>
+    <details class="fold" id="alternatives" hidden=${!hasCompared()}><summary>${t("All alternatives, with mixes")}</summary><${Board}/></details>
+    <details class="fold" open><summary>${t("Runs")}</summary><${RunList}/></details>`;
 }
 
 // Cuts that the job lists are made as they are; given up, they are planned again.
@@ -92,14 +98,17 @@ export function Listed() {
   return html`<p class="buttons" data-testid="listed">${t("The job lists {count} cuts. They are made exactly as listed.", { count: listed.cuts.length })} <button type="button" data-testid="plan-freely" onClick=${free}>${t("Plan freely again")}</button></p>`;
 }
 
-function Limits({ kind }) {
+// What a shop knows first of a method; the rest is folded.
+const FIRST = ["max_depth_mm", "min_radius_mm", "min_wall_mm", "depth_step_mm", "diameters_mm", "max_holes", "max_slugs", "cutter_mm"];
+function Limits({ kind, isFirst = false }) {
   const set = (key) => (value) => { setLimit(kind.name, key, value); changed(); };
-  return html`<fieldset class="fields"><legend>${t("{kind}: limits", { kind: t(kind.noun) })}</legend>${kind.keys.filter(({ key }) => !(key in WORDS)).map((field) => html`<${Field} key=${field.key} id=${`limit-${kind.name}-${field.key}`} field=${field} now=${limitOf(kind.name, field.key)} set=${set(field.key)}/>`)}</fieldset>`;
+  const keys = kind.keys.filter(({ key }) => !(key in WORDS) && FIRST.includes(key) === isFirst);
+  return keys.length ? html`<fieldset class="fields"><legend>${t("{kind}: limits", { kind: t(kind.noun) })}</legend>${keys.map((field) => html`<${Field} key=${field.key} id=${`limit-${kind.name}-${field.key}`} field=${field} now=${limitOf(kind.name, field.key)} set=${set(field.key)}/>`)}</fieldset>` : "";
 }
 
 function Faces() {
   const known = state.inspected?.report.faces || [], row = (id, words) => html`<label class="check" key=${id} data-face=${id}><input type="checkbox" checked=${faces.has(id)} onInput=${({ target }) => use(id, target.checked)}/> ${id} <small>${words}</small></label>`;
-  return html`<details id="faces-box" open hidden=${!has("faces")}><summary>${t("Faces to use")} <small>${t("leave empty for automatic choice, or click faces in the model")}</small></summary><div id="faces" data-testid="faces">
+  return html`<details class="fold" id="faces-box" open hidden=${!has("faces")}><summary>${t("Faces to use")} <small>${t("leave empty for automatic choice, or click faces in the model")}</small></summary><div id="faces" data-testid="faces">
     ${[...faces].filter(isPoint).map((point) => row(point, t("the face at this point of the file [mm]")))}
     ${known.map((face, k) => row(face.id, html`${t("web")} ${face.web ?? "–"}, <${Measured} of=${`faces.${k}.area_mm2`} value=${face.area_mm2} digits=${0}/> ${unitOf("mm²")}, <${Predicted} value=${Math.hypot(...face.unbalance_per_mm_g_mm)} digits=${0}/> g·mm ${t("per")} mm`))}
     ${known.length ? "" : t("Open the crank first.")}</div></details>`;
@@ -107,7 +116,7 @@ function Faces() {
 
 function Zones() {
   const add = (zone) => { zones.list.push(zone); changed(); };
-  return html`<details id="zones-box" open hidden=${!hasZones()}><summary>${t("Angles about the axis")} <small>${t("from crankpin 1, counter-clockwise")}</small></summary>
+  return html`<details class="fold" id="zones-box" open hidden=${!hasZones()}><summary>${t("Angles about the axis")} <small>${t("from crankpin 1, counter-clockwise")}</small></summary>
     <div id="zones">${zones.list.map((zone, place) => html`<${Zone} key=${place} zone=${zone} place=${place}/>`)}</div>
     <p class="buttons"><button type="button" id="add-zone" onClick=${() => add({ from: 120, to: 240, allowed: true })}>${t("Allow a zone")}</button><button type="button" id="add-forbidden" onClick=${() => add({ from: 170, to: 190, allowed: false })}>${t("Forbid a zone")}</button>
     <button type="button" id="pick-zone" onClick=${pick}>${t("Pick in the model")}</button> <select id="zone-kind" aria-label=${t("Kind of the picked zone")} value=${kindOfZone.value} onInput=${({ target }) => { kindOfZone.value = target.value; }}><option value="allowed">${t("allowed")}</option><option value="forbidden">${t("forbidden")}</option></select></p></details>`;

@@ -2,12 +2,14 @@
 import { html } from "/static/preact.min.js";
 import { Measured } from "/static/measured.js";
 import { emit } from "/static/job.js";
+import { manyWords } from "/static/kind-cards.js";
 import { redrawNow } from "/static/store.js";
 import { unitOf } from "/static/units.js";
 import { angleText, sign, zeroWords } from "/static/zero.js";
 import { t } from "/static/words.js";
 
 let chosen = null;
+const CUTS = { drill: "Hole", slug: "Slug", shoulder: "Face", turn: "Rim", add: "Pad", mill: "Pocket" };
 
 // Which way the tool comes from, as a unit vector out of the metal.
 export function outOf(cut) {
@@ -27,10 +29,22 @@ function turnTo(cut) {
 export function Cuts({ id, corrections }) {
   if (!corrections.length) return html`<table id=${id} hidden><tbody></tbody></table>`;
   const mm = unitOf("mm"), heads = [[t("No.")], [t("cut")], [t("angle")], [t("radius"), mm], [t("depth"), mm]];
-  return html`<table id=${id} class="cuts" aria-describedby=${`${id}-says`}><caption>${t("Cuts, in the order of indexing")}</caption>
+  return html`<table id=${id} class="cuts" aria-describedby=${`${id}-says`}><caption>${t("What to cut")}</caption>
     <thead><tr>${heads.map(([name, unit]) => html`<th scope="col">${name}${unit ? html`<br/>[${unit}]` : ""}</th>`)}</tr></thead>
-    <tbody>${corrections.map((cut, k) => html`<${Row} key=${cut.number} cut=${cut} path=${`corrections.${k}`}/>`)}</tbody></table>
+    ${grouped(corrections).map((group) => html`<tbody key=${group.title} data-setup=${group.from} data-web=${String(group.web ?? "")}><tr class="group"><th colspan="5" scope="colgroup">${group.title} <small>${group.says}</small></th></tr>${group.cuts.map(([cut, k]) => html`<${Row} key=${cut.number} cut=${cut} path=${`corrections.${k}`}/>`)}</tbody>`)}</table>
     <p class="quiet" id=${`${id}-says`}><span data-testid="zero">${zeroWords()}</span>. ${t("The radius of a hole is at its entry. Choose a row, and the view turns to it.")}</p>`;
+}
+
+// Cuts by the set-up in which they are made, and by web, in the order of their numbers.
+function grouped(corrections) {
+  const groups = new Map(), setups = [...new Set(corrections.map(enteredFrom))];
+  corrections.forEach((cut, k) => {
+    const from = enteredFrom(cut), name = `${setups.indexOf(from)} ${cut.web ?? ""}`;
+    if (!groups.has(name)) groups.set(name, { from, web: cut.web, cuts: [] });
+    groups.get(name).cuts.push([cut, k]);
+  });
+  const list = [...groups.values()].sort((one, other) => setups.indexOf(one.from) - setups.indexOf(other.from));
+  return list.map((group) => ({ ...group, title: `${t("Set-up {number}: from {side}", { number: setups.indexOf(group.from) + 1, side: group.from })}${group.web ? `, ${t("web")} ${group.web}` : ""}`, says: manyWords(group.cuts.every(([cut]) => cut.kind === group.cuts[0][0].kind) ? group.cuts[0][0].kind : "", group.cuts.length) }));
 }
 
 function Row({ cut, path }) {
@@ -38,6 +52,6 @@ function Row({ cut, path }) {
   const figure = (key, digits) => html`<${Measured} of=${`${path}.${key}`} value=${cut[key]} digits=${digits}/>`;
   return html`<tr class="turns" aria-selected=${String(chosen === cut)} onClick=${() => turnTo(cut)}>
     <th scope="row"><button type="button" aria-label=${t("Cut {number}: turn the view to it", { number: cut.number })} data-testid="turn-to" data-cut=${String(cut.number)}>${cut.number}</button></th>
-    <td class="words">${cut.web ? `${t("web")} ${cut.web}, ` : ""}${t("from")} ${enteredFrom(cut)}<small>${cut.kind}${cut.diameter_mm ? html` ⌀${figure("diameter_mm", 2)}` : ""}, z ${figure("z_mm", 2)}</small></td><td class="num"><span data-key=${`${path}.angle_deg`} data-value=${String(cut.angle_deg)}>${angleText(cut.angle_deg)}</span><small class="ref"> ${sign()}</small></td>
+    <td class="words">${t(CUTS[cut.kind] || cut.kind)}<small>${cut.diameter_mm ? html`⌀${figure("diameter_mm", 2)}, ` : ""}z ${figure("z_mm", 2)}</small></td><td class="num"><span data-key=${`${path}.angle_deg`} data-value=${String(cut.angle_deg)}>${angleText(cut.angle_deg)}</span><small class="ref"> ${sign()}</small></td>
     <td>${figure(radius, 2)}</td><td><b>${figure("depth_mm", 3)}</b><small>${figure("removed_mass_g", 2)} g</small></td></tr>`;
 }

@@ -1,7 +1,8 @@
 // Engine and targets: what a job usually says of them, in the order in which people know it.
 import { html } from "/static/preact.min.js";
 import { JobField } from "/static/fields.js";
-import { at, changed, keep, state } from "/static/job.js";
+import { at, changed, isWas, keep, state } from "/static/job.js";
+import { Seg, preview } from "/static/parts.js";
 import { shown, withUnit } from "/static/tools.js";
 import { t } from "/static/words.js";
 
@@ -15,15 +16,18 @@ const HALVES = { 45: "45°", 60: "60°", 72: "72°", 90: "90°", 180: "180°" };
 
 export function Targets() {
   const named = (key, id, words) => html`<${JobField} table="balance" field=${declared("balance", key)} id=${id} testid=${id} label=${words} list=${id === "grade" ? "grades" : undefined}/>`;
-  return html`<h2>${t("Targets")}</h2><div class="fields wide" id="targets">
-    ${named("factor", "factor", `${t("Balance factor")} [0–1]`)}${named("grade", "grade", `${t("Grade G")} [mm/s]`)}${named("speed_rpm", "speed-rpm", `${t("Highest speed")} [1/min]`)}</div>
-    <datalist id="grades">${state.declared.grades.map(({ grade, machinery }) => html`<option value=${grade}>${machinery}</option>`)}</datalist>
-    ${at("balance.factor") === "original" ? html`<p class="quiet">${t("Weights of the original parts")}</p>${["rotating_g", "reciprocating_g", "crankpin_g"].map((key) => html`<${JobField} table="original" field=${declared("original", key)}/>`)}` : ""}`;
+  const found = preview.value.found, isKept = at("balance.factor") === "original", makers = found?.balance_factor.makers;
+  const choose = (kind) => { keep("balance.factor", kind === "makers" ? "original" : typeof makers === "number" ? Math.round(1e4 * makers) / 1e4 : undefined); changed(); };
+  const makersWords = typeof makers === "number" ? t("Keep the maker's {factor}", { factor: shown(makers, 3) }) : t("Keep the maker's");
+  return html`<h2>${t("Balance factor")}</h2><${Seg} name="factor-of" label=${t("Balance factor")} options=${[["makers", makersWords], ["mine", t("Mine")]]} now=${isKept ? "makers" : "mine"} set=${choose}/>
+    ${isKept && !isWas() ? html`<p class="note" role="alert">${t("Enter what the parts weighed before, in the column was.")}</p>` : ""}
+    <div class="fields" id="targets">${isKept ? html`<label>${t("Factor wanted")} <output id="factor-kept" data-testid="factor-kept">${shown(found?.balance_factor.target, 3)}</output></label>` : named("factor", "factor", `${t("Factor wanted")} [0–1]`)}${named("speed_rpm", "speed-rpm", `${t("Highest speed")} [1/min]`)}${named("grade", "grade", `${t("Grade G")} [mm/s]`)}</div>
+    <datalist id="grades">${state.declared.grades.map(({ grade, machinery }) => html`<option value=${grade}>${machinery}</option>`)}</datalist>`;
 }
 
 export function Engine() {
   const fields = (list) => list.map(([table, key]) => html`<${JobField} table=${table} field=${declared(table, key)}/>`);
-  return html`<details id="engine" open><summary>${t("Engine")} <small>${facts()}</small></summary>
+  return html`<details id="engine"><summary>${t("Engine")} <small>${facts()}</small></summary>
     <div class="fields wide"><label>${t("Layout")}<select id="layout" data-testid="layout" value=${layout()} onInput=${({ target }) => lay(target.value)}>
       <option value="line">${t("in line: one rod on a pin")}</option>${Object.entries(HALVES).map(([angle, text]) => html`<option value=${angle}>${t("V {angle}: two rods on a pin", { angle: text })}</option>`)}
       ${layout() === "own" ? html`<option value="own">${t("as the job has it")}</option>` : ""}</select></label>${fields(PLACE)}</div>
@@ -51,7 +55,7 @@ function facts() {
   const throws = state.inspected?.report.crank?.throws;
   if (!throws?.length) return "";
   const cylinders = throws.length * (at("engine.rods_per_throw") ?? 1), stroke = 2 * throws[0].crank_radius_mm, bore = at("cycle.bore_mm"), rod = at("engine.rod_length_mm");
-  const found = [t("{count} cylinders", { count: cylinders }), `${t("stroke")} ${withUnit(stroke, 2, "mm")}`];
+  const found = [cylinders === 1 ? t("1 cylinder") : t("{count} cylinders", { count: cylinders }), `${t("stroke")} ${withUnit(stroke, 2, "mm")}`];
   if (typeof bore === "number") found.push(`${shown((cylinders * Math.PI * bore ** 2 * stroke) / 4e3, 0)} cm³`);
   if (typeof rod === "number") found.push(`${t("rod to stroke")} ${shown(rod / stroke, 2)}`);
   return found.join(", ");

@@ -7,6 +7,7 @@ import { balance } from "/static/correct.js";
 import { chosen, listed } from "/static/limits.js";
 import { Heavy, big, missing, read, recut } from "/static/machine.js";
 import { coming } from "/static/files.js";
+import { plannedSays } from "/static/kind-cards.js";
 import { doubts } from "/static/open.js";
 import { preview } from "/static/parts.js";
 import { previewPolars, resultPolars } from "/static/polar.js";
@@ -14,6 +15,7 @@ import { Cancel, cutting } from "/static/runs.js";
 import { mount } from "/static/store.js";
 import { unitOf } from "/static/units.js";
 import { judged } from "/static/verdict.js";
+import { angleText, sign } from "/static/zero.js";
 import { t } from "/static/words.js";
 
 const tab = () => document.body.dataset.tab;
@@ -47,7 +49,7 @@ function crank() {
 }
 function engine() {
   const { found, why } = preview.value;
-  if (found) return { is: "done", says: t("factor {factor}", { factor: shown(found.balance_factor.target ?? found.balance_factor.initial, 2) }) };
+  if (found) return { is: "done", says: typeof found.balance_factor.initial === "number" ? `${shown(found.balance_factor.initial, 3)} → ${shown(found.balance_factor.target, 2)}` : t("factor {factor}", { factor: shown(found.balance_factor.target, 2) }) };
   return why ? { is: "ask", says: t("weights") } : {};
 }
 const plan = () => (state.inspected ? { is: state.result ? "done" : "", says: listed.cuts ? t("listed cuts") : chosen.method } : {});
@@ -77,13 +79,17 @@ const LINES = {
     const { found, why } = preview.value, main = { words: `${t("Plan the cuts")} ${NEXT}`, work: to("correct") };
     if (!found) return { tone: "plain", words: t("Weights, factor and speed"), says: why, main };
     const { initial, tolerance, balance_factor: factor, bob_weights: bobs } = found, isWithin = initial.magnitude_g_mm <= tolerance.permissible_g_mm && initial.planes.every((plane, k) => plane.magnitude_g_mm <= tolerance.planes[k].permissible_g_mm);
-    const says = [t("Factor {now} today, {wanted} wanted.", { now: shown(factor.initial, 3), wanted: shown(factor.target, 3) }), bobs.length ? t("Bob-weight {mass}.", { mass: withUnit(bobs[0].mass_g, 2, "g") }) : ""].join(" ");
-    return { tone: isWithin ? "good" : "bad", words: t(isWithin ? "Within tolerance as it is" : "Above tolerance as it is"), says, bars: [[t("Resultant"), initial.magnitude_g_mm, null, tolerance.permissible_g_mm]], main };
+    const { initial: now, target } = factor, bob = bobs[0], isMany = new Set(bobs.map((each) => each.mass_g)).size > 1;
+    const words = isWithin ? t("Within tolerance as it is") : typeof now === "number" && now !== target ? t(now > target ? "Counterweights too heavy" : "Counterweights too light") : t("Above tolerance as it is");
+    const says = [typeof now === "number" ? t("Factor {now} today, {wanted} wanted.", { now: shown(now, 3), wanted: shown(target, 3) }) : t("Factor {wanted} wanted.", { wanted: shown(target, 3) }), bob ? `${t("Bob-weight {mass}.", { mass: withUnit(bob.mass_g, 2, "g") })} ${Math.abs(bob.fit_g - bob.mass_g) > 5e-3 ? t("Clamp on {mass}.", { mass: withUnit(bob.fit_g, 2, "g") }) : ""}${isMany ? t("One for each throw.") : ""}` : "", initial.magnitude_g_mm > 0 && !isWithin ? t("Heavy side at {angle}.", { angle: `${angleText((Math.atan2(initial.unbalance_g_mm[1], initial.unbalance_g_mm[0]) * 180) / Math.PI)} ${sign()}` }) : ""].join(" ");
+    return { tone: isWithin ? "good" : "bad", words, says, bars: [[t("Resultant"), initial.magnitude_g_mm, null, tolerance.permissible_g_mm]], main };
   },
   correct: () => {
     const run = cutting();
     if (run) return { tone: "work", words: t("Cutting and measuring"), says: `${run.words}, ${Math.round(100 * run.share)} %`, cancel: true };
     const needs = !state.file ? t("Open a crank first.") : isUnitAsked() ? t("Answer 1 question in Crank: the unit of the file.") : "";
+    const planned = needs ? null : plannedSays();
+    if (planned) return { tone: "plain", words: planned.words, says: planned.says, bars: preview.value.found ? [[t("Resultant"), planned.left, null, preview.value.found.tolerance.permissible_g_mm]] : [], main: { id: "balance", words: t("Cut and measure"), work: () => balance() } };
     return { tone: "plain", words: listed.cuts ? t("Listed cuts: {count}", { count: listed.cuts.length }) : t("Ready to plan: {method}", { method: chosen.method }), says: needs || t("The cuts are planned, made in the solid, and measured on the written file."), main: { id: "balance", words: t("Cut and measure"), off: Boolean(needs), work: () => balance() } };
   },
   see: () => {

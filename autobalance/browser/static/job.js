@@ -68,14 +68,33 @@ function weight(row) {
   return { g: typed(row.g), ...(row.pm === "" ? {} : { pm: typed(row.pm) }), ...(row.pieces === "" ? {} : { pieces: typed(row.pieces) }) };
 }
 
+// What the parts weighed before, where any row says so: a row that says nothing was as it is, one of 0 g was not there.
+export const isWas = () => Object.values(state.weights).some((rows) => rows.some((row) => String(row.was ?? "").trim() !== "" || row.wasRaw !== undefined));
+function original() {
+  if (!isWas()) return undefined;
+  const made = {};
+  for (const [group, rows] of Object.entries(state.weights)) {
+    const before = byName(rows, (row) => row.wasRaw !== undefined || String(row.was ?? "").trim() !== "" || isWeighed(row), was);
+    const named = Object.fromEntries(Object.entries(before).filter(([, value]) => value !== 0));
+    if (Object.keys(named).length) made[group] = named;
+  }
+  return made;
+}
+function was(row) {
+  if (row.wasRaw !== undefined) return row.wasRaw;
+  const text = String(row.was ?? "").trim();
+  return text === "" ? weight(row) : typed(text) === 0 ? 0 : weight({ ...row, raw: undefined, g: row.was, pm: "" });
+}
+const isWeighed = (row) => row.raw !== undefined || String(row.g).trim() !== "";
+
 // Rows that say something, by the names they get in the job: a name that is there already gets a number.
-function byName(rows) {
+function byName(rows, says = isWeighed, value = weight) {
   const named = {};
-  for (const row of rows.filter((each) => each.raw !== undefined || String(each.g).trim() !== "")) {
+  for (const row of rows.filter(says)) {
     const name = row.name.trim() || "part";
     let free = name;
     for (let number = 2; free in named; number++) free = `${name}_${number}`;
-    named[free] = weight(row);
+    named[free] = value(row);
   }
   return named;
 }
@@ -97,7 +116,8 @@ export function job(isFree = false) {
   const engine = { ...(state.tables.engine || {}) };
   for (const group of Object.keys(GROUPS)) engine[group] = byName(state.weights[group]);
   if (!Object.keys(engine.crankpin_g).length) delete engine.crankpin_g;
-  return { ...state.tables, crankshaft: crankshaft(false), engine, balance: { ...(state.tables.balance || {}) }, correction: correction(state.tables.correction || {}, isFree) };
+  const { original: before, ...tables } = state.tables, kept = original();
+  return { ...tables, ...(kept ? { original: { ...before, ...kept } } : {}), crankshaft: crankshaft(false), engine, balance: { ...(state.tables.balance || {}) }, correction: correction(state.tables.correction || {}, isFree) };
 }
 
 // Changes that the server does not have yet: what it has must not take their place.
@@ -165,7 +185,7 @@ export function taken(tables) {
   state.tables = tables;
   const { crankshaft: crank = {}, engine = {} } = tables;
   state.file = crank.file || state.file;
-  for (const group of Object.keys(GROUPS)) state.weights[group] = rowsOf(state.weights[group], engine[group] || {});
+  for (const group of Object.keys(GROUPS)) state.weights[group] = rowsOf(state.weights[group], engine[group] || {}, tables.original, group);
   const empty = Object.values(state.weights).every((rows) => !rows.length);
   if (empty) for (const group of Object.keys(GROUPS)) state.weights[group] = Object.entries(state.usual[group] || {}).map(([name, hint]) => ({ name, g: "", pm: "", pieces: "", hint }));
   takeCorrection(tables.correction || {});
@@ -174,16 +194,27 @@ export function taken(tables) {
 }
 
 // Rows for a group of weights; those that stand there stay as they are typed while they say the same.
-function rowsOf(rows, weights) {
-  return same(byName(rows), weights) ? rows : Object.entries(weights).map(rowOf);
+function rowsOf(rows, weights, before, group) {
+  const old = before?.[group] || {}, isSame = same(byName(rows), weights) && same(original()?.[group] || {}, before ? old : {});
+  if (isSame) return rows;
+  const gone = Object.keys(old).filter((name) => !(name in weights)).map((name) => ({ name, g: "", pm: "", pieces: "" }));
+  return [...Object.entries(weights).map(rowOf), ...gone].map((row) => (before && !isOpen(before) ? { ...row, ...wasOf(row, old[row.name]) } : row));
 }
 const same = (one, other) => JSON.stringify(one) === JSON.stringify(other);
+// A table of the parts before in which nothing was filled in is none.
+const isOpen = (before) => Object.values(before).every((group) => typeof group !== "object" || !Object.keys(group).length);
 
 function rowOf([name, value]) {
   const row = { name, g: "", pm: "", pieces: "" };
   if (typeof value !== "object") return { ...row, g: plain(value) };
   if (typeof value.g === "number" && Object.keys(value).every((key) => key in row)) return { ...row, ...Object.fromEntries(Object.entries(value).map(([key, each]) => [key, plain(each)])), name };
   return { ...row, raw: value };
+}
+function wasOf(row, value) {
+  if (value === undefined) return { was: "0" };
+  if (typeof value !== "object") return row.pieces === "" ? { was: plain(value) } : { wasRaw: value };
+  const { g, pieces, ...rest } = value;
+  return typeof g === "number" && !Object.keys(rest).length && plain(pieces ?? "") === row.pieces ? { was: plain(g) } : { wasRaw: value };
 }
 
 // Change keys of the job by their dotted names, as `--set` does.

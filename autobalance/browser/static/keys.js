@@ -2,7 +2,8 @@
 import { $ } from "/static/tools.js";
 import { emit, state } from "/static/job.js";
 import { big } from "/static/machine.js";
-import { VIEWS } from "/static/views.js";
+import { hasWebs } from "/static/webs.js";
+import { VIEWS, webs } from "/static/views.js";
 
 const STEPS = { 1: "open", 2: "parts", 3: "correct", 4: "see", 5: "machine", a: "analyse" };
 const isTyping = ({ tagName, type }) => tagName === "TEXTAREA" || tagName === "SELECT" || (tagName === "INPUT" && type !== "range" && type !== "checkbox");
@@ -20,6 +21,7 @@ export function setUp(view) {
     const key = event.key.toLowerCase(), turn = VIEWS.find(([, , letter]) => letter === key);
     if (STEPS[key]) emit("tab", STEPS[key]);
     else if (turn) view.toView(turn);
+    else if (key === "w" && hasWebs()) webs();
     else if (key === "b" && state.result) { emit("tab", "machine"); big.value = true; }
     else if (key === "p") $("downloads")?.querySelector("[data-file='sheet.pdf']")?.click();
     else return;

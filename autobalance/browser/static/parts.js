@@ -1,16 +1,15 @@
 // Parts: weights, targets and engine, and what they do to the crank as one types.
 import { html, useEffect, useRef } from "/static/preact.min.js";
-import { $, debounced, shown, withUnit } from "/static/tools.js";
+import { $, debounced, shown, typed, withUnit } from "/static/tools.js";
 import { post } from "/static/server.js";
-import { GROUPS, changed, looked, on, state, sumOf } from "/static/job.js";
+import { GROUPS, changed, isWas, looked, on, state, sumOf } from "/static/job.js";
 import { mount, redraw, signal } from "/static/store.js";
 import { t } from "/static/words.js";
 import { Engine, Targets } from "/static/engine.js";
 import { Everything } from "/static/everything.js";
-import { RodPicture } from "/static/rod-picture.js";
+import { Factors } from "/static/factors.js";
 
 export const preview = signal({ found: null, why: "" });
-const touched = signal(""); // the part whose row is being typed in
 
 export function setUp() {
   on("job", ask);
@@ -20,36 +19,62 @@ export function setUp() {
 }
 
 function Parts() {
-  return html`<${Facts}/><p class="quiet" id="preview-why" aria-live="polite">${preview.value.why}</p>
-    <div class="beside"><div><p class="quiet">${t("Weights of one connecting rod; crankpin parts of one throw. Rows of a spreadsheet may be pasted into any field.")}</p>
-    <div id="weights">${Object.entries(GROUPS).map(([group, title]) => html`<${Group} group=${group} title=${t(title)}/>`)}</div></div><${RodPicture} part=${touched.value}/></div>
-    <${Targets}/><${Engine}/><${Everything}/>`;
+  return html`<${Weights}/><${Targets}/><${Factors}/><${Engine}/><${Facts}/><p class="quiet" id="preview-why" aria-live="polite">${preview.value.why}</p><${Everything}/>`;
 }
 
 // --- weights ----------------------------------------------------------------------------------------------
+
+const before = signal(null); // whether the column of what the parts weighed before is shown; null: where the job has it
+const more = signal(null); // whether pieces and ± are shown; null: where the job has any
+const hasBefore = () => before.value ?? isWas();
+const hasMore = () => more.value ?? Object.values(state.weights).some((rows) => rows.some((row) => row.pm !== "" || row.pieces !== ""));
+
+export function Seg({ name, label, options, now, set }) {
+  return html`<div class="seg" role="radiogroup" aria-label=${label}>${options.map(([value, words]) => html`<label data-testid=${`${name}-${value}`}><input type="radio" name=${name} checked=${now === value} onChange=${() => set(value)}/>${words}</label>`)}</div>`;
+}
+
+function Weights() {
+  const toggle = () => { more.value = !hasMore(); };
+  return html`<div class="top"><h2>${t("Weights in g")}</h2><${Seg} name="columns" label=${t("Columns")} options=${[["both", t("was | is")], ["is", t("is only")]]} now=${hasBefore() ? "both" : "is"} set=${(value) => { before.value = value === "both"; }}/></div>
+    <p class="quiet">${t("One connecting rod, one crankpin. Spreadsheet rows can be pasted.")}</p>
+    <div id="weights" data-was=${String(hasBefore())} data-more=${String(hasMore())}>${Object.entries(GROUPS).map(([group, title]) => html`<${Group} group=${group} title=${t(title)}/>`)}</div>
+    <p class="buttons"><button type="button" class="small" aria-pressed=${String(hasMore())} data-testid="more-columns" onClick=${toggle}>${t("Pieces and ± of the scale")}</button></p>`;
+}
 
 function Group({ group, title }) {
   const rows = state.weights[group], added = useRef(false), box = useRef(null);
   useEffect(() => { if (added.current) [...box.current.querySelectorAll("[data-testid=weight-name]")].pop()?.focus(); added.current = false; });
   const total = sumOf(rows), open = rows.filter((row) => row.raw === undefined && String(row.g).trim() === "").length;
   const words = [total === null ? "" : t("{sum} g in all", { sum: shown(total, 2) }), open ? t("{count} not weighed: not in the job", { count: open }) : ""];
-  const add = () => { rows.push({ name: "", g: "", pm: "", pieces: "" }); added.current = true; redraw(); };
-  return html`<div class="weights" role="group" aria-label=${title} ref=${box}><h2>${title} <small>${t("name, pieces, g each, ± g")}</small></h2>
+  const add = () => { rows.push({ name: "", g: "", pm: "", pieces: "", isOwn: true }); added.current = true; redraw(); };
+  return html`<div class="weights" role="group" aria-label=${title} ref=${box}><h3>${title}<span class="was">${t("was")}</span><span class="is">${t("is")}</span><span class="more">${t("pieces")}</span><span class="more">±</span></h3>
     ${rows.map((row, place) => html`<${Row} group=${group} title=${title} row=${row} place=${place}/>`)}
     <p class="quiet" data-testid=${`sum-${group}`}>${words.filter((each) => each).join("; ")}</p>
-    <button type="button" aria-label=${`${t("Add a part")}: ${title}`} data-testid=${`add-${group}`} onClick=${add}>${t("Add a part")}</button></div>`;
+    <button type="button" class="small" aria-label=${`${t("Add a part")}: ${title}`} data-testid=${`add-${group}`} onClick=${add}>${t("Add a part")}</button></div>`;
 }
 
-const COLUMNS = [["name", "name"], ["pieces", "pieces"], ["g", "mass of each in grams"], ["pm", "plus or minus in grams"]];
+// What a shop calls the usual parts; a part of one's own has the name that it was given.
+const PARTS = { connecting_rod_big_end: "Rod, big end", big_end_bearing: "Big-end bearing", crankpin: "Crankpin", connecting_rod_small_end: "Rod, small end", small_end_bearing: "Small-end bearing", piston: "Piston", wrist_pin: "Wrist pin", rings_clips_oil: "Rings, clips, oil", oil: "Oil" };
+const COLUMNS = [["was", "mass of each before, in grams"], ["g", "mass of each in grams"], ["pieces", "pieces"], ["pm", "plus or minus in grams"]];
 function Row({ group, title, row, place }) {
+  const known = !row.isOwn && PARTS[row.name], isRaw = row.raw !== undefined, called = `${title}, ${t("part {number}", { number: place + 1 })}`;
   const cell = ([key, words]) => {
-    const fixed = key !== "name" && row.raw !== undefined;
-    const placeholder = fixed && key === "g" ? t("in the job") : key === "pieces" && !fixed ? "1" : "";
-    return html`<input value=${row[key]} aria-label=${`${title}, ${t("part {number}", { number: place + 1 })}: ${t(words)}`} data-testid=${`weight-${key}`} inputMode=${key === "name" ? "text" : "decimal"}
-      readOnly=${fixed} placeholder=${placeholder} title=${key === "name" ? t(row.hint || "") : ""} onFocus=${() => { touched.value = row.name; }} onInput=${({ target }) => { row[key] = target.value; changed(); }}/>`;
+    const fixed = isRaw || (key === "was" && row.wasRaw !== undefined), change = key === "was" ? "" : isChanged(row) ? " changed" : "";
+    const placeholder = fixed && ["g", "was"].includes(key) ? t("in the job") : key === "pieces" && !fixed ? "1" : key === "was" ? row.g : "";
+    return html`<input class=${`${{ was: "was", g: "is" }[key] || "more"}${key === "g" ? change : key === "was" && !isChanged(row) ? " same" : ""}`} value=${row[key] ?? ""} aria-label=${`${called}: ${t(words)}`} data-testid=${`weight-${key}`} inputMode="decimal" readOnly=${fixed} placeholder=${placeholder} onInput=${({ target }) => { row[key] = target.value; changed(); }}/>`;
   };
+  const named = html`<input class="name" hidden=${Boolean(known)} value=${row.name} aria-label=${`${called}: ${t("name")}`} data-testid="weight-name" title=${t(row.hint || "")} onInput=${({ target }) => { row.name = target.value; changed(); }}/>`;
   const remove = () => { state.weights[group].splice(place, 1); changed(); };
-  return html`<div data-testid="weight-row" data-group=${group} onPaste=${(event) => pasted(event, group, place)}>${COLUMNS.map(cell)}<button type="button" aria-label=${t("Remove {name}", { name: row.name || t("this part") })} onClick=${remove}>×</button></div>`;
+  return html`<div data-testid="weight-row" data-group=${group} onPaste=${(event) => pasted(event, group, place)} onKeyDown=${down}>${known ? html`<span class="name" title=${t(row.hint || "")}>${t(known)}</span>` : ""}${named}${COLUMNS.map(cell)}<button type="button" class="bare" aria-label=${t("Remove {name}", { name: (known && t(known)) || row.name || t("this part") })} onClick=${remove}>×</button></div>`;
+}
+const isChanged = (row) => row.wasRaw === undefined && String(row.was ?? "").trim() !== "" && typed(row.was) !== typed(row.g);
+
+// Enter goes down a column.
+function down(event) {
+  if (event.key !== "Enter" || event.ctrlKey || event.metaKey || event.target.tagName !== "INPUT") return;
+  const column = [...document.querySelectorAll(`#weights [data-testid=${event.target.dataset.testid}]`)];
+  column[column.indexOf(event.target) + 1]?.focus();
+  event.preventDefault();
 }
 
 // Rows of a spreadsheet: name, grams, plus or minus; a row without a number is a heading.
@@ -74,7 +99,7 @@ const ask = debounced(async () => {
   if (mine !== asked) return;
   if (found?.why) { why = found.why.replace(/^job\.toml: /, ""); found = null; }
   preview.value = { found, why };
-}, 200);
+}, 60);
 
 const Predicted = ({ value, digits, unit = "" }) => html`<span class="predicted" data-predicted=${String(value)}>${unit ? withUnit(value, digits, unit) : shown(value, digits)}</span>`;
 

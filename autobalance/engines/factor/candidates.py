@@ -59,11 +59,9 @@ def factors_of(
     """Yield the candidates, each factor by its name."""
     if present is not None:
         yield "present", present
-    if job.original is not None:
-        old = rotor_from_job.throw_loads(crank.anatomy, job.engine, job.original)
-        makers = rotor_from_job.crank_factor(crank.moments, old, rotor_from_job.beside_throws(job.engine))
-        if makers is not None:
-            yield "maker's", makers
+    makers = rotor_from_job.makers_factor(job, crank.anatomy, crank.moments)
+    if makers is not None:
+        yield "maker's", makers
     yield "half", HALF
     least = None if forces is None else _least_peak(forces, crank)
     if least is not None:
