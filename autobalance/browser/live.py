@@ -11,7 +11,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from autobalance.browser.analyses import analyses
-from autobalance.browser.answers import body_of, file_of, refused
+from autobalance.browser.answers import body_of, file_of, packed, refused
 from autobalance.browser.forms import limits, tables
 from autobalance.browser.named_files import named_files
 from autobalance.browser.prediction import DRAGGED_KEYS, predicted
@@ -50,7 +50,7 @@ class Live:
             Route("/api/runs/{run}/preview", self.preview, methods=["POST"]),
         ]
 
-    async def kinds(self, _: Request) -> Response:
+    async def kinds(self, request: Request) -> Response:
         """Return the source of the page's forms: kinds, tables and analyses, usual parts, grades, presets."""
         from autobalance.drawn_cranks.design import PRESETS
         from autobalance.job.listed_cuts import LISTED_CUTS
@@ -61,7 +61,8 @@ class Live:
         grades = [{"grade": each.grade_mm_s, "machinery": each.what} for each in GRADES]
         made_of: dict[str, Any] = {"kinds": listed, "tables": forms, "parts": USUAL_PARTS, "grades": grades}
         made_of["listed"] = [key.name for key in LISTED_CUTS.keys]
-        return JSONResponse({**made_of, "presets": list(PRESETS), "analyses": offered})
+        values = {**made_of, "presets": list(PRESETS), "analyses": offered}
+        return packed(request, json.dumps(values, ensure_ascii=False).encode(), "application/json")
 
     async def index_test(self, request: Request) -> Response:
         """Return the parts of two readings that are the crank's, and its tooling's."""

@@ -16,7 +16,7 @@ from starlette.types import ASGIApp
 
 from autobalance.browser.analyses import ANALYSES, wrong_request
 from autobalance.browser.analysis_files import AnalysisFiles
-from autobalance.browser.answers import asset, body_of, drained, file_of, jsonable, refused
+from autobalance.browser.answers import asset, body_of, drained, file_of, jsonable, packed, refused
 from autobalance.browser.guard import TOKEN_HEADER, Guard, Keys, has_cookie
 from autobalance.browser.live import Live
 from autobalance.browser.named_files import named_files
@@ -54,6 +54,12 @@ def _static() -> dict[str, tuple[str, str, str]]:
 
 
 STATIC = _static()
+MODULES = "".join(
+    f'<link rel="modulepreload" href="/static/{name}">'
+    for name in sorted(STATIC)
+    if name.endswith(".js") and name not in ("three.min.js", "notebook.js")
+)
+"""Links by which a browser asks for all modules of the page at once."""
 OTHER_ENDINGS = (".toml", ".xlsx", ".json")
 """Endings of files that may be opened besides cranks: jobs and reports."""
 
@@ -127,7 +133,7 @@ class Pages:
         self._runs.prepare()  # a person is about to ask for something
         text = asset("browser", "static/index.html").decode()
         token = self._keys.token if knows else ""
-        for name, value in {"token": token, "version": __version__, **_endings()}.items():
+        for name, value in {"token": token, "version": __version__, "modules": MODULES, **_endings()}.items():
             text = text.replace(f"{{{{{name}}}}}", value)
         return HTMLResponse(text)
 
@@ -137,7 +143,7 @@ class Pages:
         if static is None:
             return refused("there is no such file", 404)
         room, path, kind = static
-        return Response(asset(room, path), media_type=kind)
+        return packed(request, asset(room, path), kind)
 
     async def health(self, _: Request) -> Response:
         """Return a reply that the server exists, with its version."""

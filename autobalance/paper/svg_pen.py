@@ -39,7 +39,7 @@ COLOURS = {
     SOFT: "soft",
     RULE: "rule",
     ACCENT: "accent",
-    METAL: "web",
+    METAL: "metal",
     GONE: "cut-ink",
     ADDED_COLOUR: "good",
     SLUG: "good-wash",

@@ -196,8 +196,13 @@ def test_the_preview_is_what_balance_begins_with() -> None:
     report = ab.balance(ab.Job.from_dict(tables()), crank()).report
     found = preview(json.loads(ab.inspect(crank()).json()), tables(), Path())
     assert found["bob_weights"] == [
-        {"throw": each["throw"], "mass_g": each["mass_g"]} for each in report["engine"]["bob_weights"]
+        {key: pytest.approx(each[key]) for key in ("throw", "mass_g", "fit_g")}
+        for each in report["engine"]["bob_weights"]
     ]
+    assert found["balance_factor"]["makers"] is None
+    before = tomllib.loads((DRAFTED / "factor-original.toml").read_text("utf-8"))
+    own = preview(json.loads(ab.inspect(crank()).json()), before, Path())["balance_factor"]
+    assert own["makers"] == own["target"] == pytest.approx(0.638, abs=5e-4)
     assert found["balance_factor"]["initial"] == pytest.approx(report["balance_factor"]["initial"], rel=1e-9)
     assert found["initial"]["unbalance_g_mm"] == pytest.approx(
         report["initial"]["unbalance_g_mm"], rel=1e-9, abs=1e-6

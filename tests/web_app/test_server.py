@@ -1,5 +1,6 @@
 """The app's endpoints, and what they refuse: other hosts, other pages, other folders."""
 
+import gzip
 import hashlib
 import json
 import os
@@ -496,3 +497,11 @@ def test_a_drawn_crank_comes_with_its_engine(
     engine = job_of(project).get("engine", {})
     assert engine.get("rods_per_throw") == rods
     assert engine.get("layout", {}).get("bank_deg") == banks
+
+
+def test_scripts_and_forms_are_packed_for_a_browser_that_takes_that(app: Served) -> None:
+    for path in ("/static/three.min.js", "/static/app.css", "/api/kinds"):
+        plain, packed = app.ask(path), app.ask(path, Accept_Encoding="gzip")
+        assert gzip.decompress(packed.body) == plain.body
+        assert packed.headers["content-encoding"] == "gzip"
+        assert len(packed.body) < 0.4 * len(plain.body)
