@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import contextlib
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from tests.report.browser import ELEMENT, Browser
+import pytest
+
+from tests.report.browser import ELEMENT, Browser, missing
 from tests.web_app.serving import Served
 
+BROWSER = [
+    pytest.mark.skipif(bool(missing()), reason=f"not installed: {missing()}"),
+    pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX"),
+    pytest.mark.slow,
+]
+"""Marks of tests that drive a browser."""
 VERDICT = "return document.querySelector('[data-testid=verdict]').dataset.outcome"
 ENDED = "return document.getElementById('progress').getAttribute('aria-valuenow') === '100'"
 READY = "return document.querySelector('[data-testid=model]').dataset.state === 'ready'"

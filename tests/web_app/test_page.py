@@ -1,6 +1,5 @@
 """What the app's page does, each thing by itself: every test loads it on a project with a small crank."""
 
-import sys
 import time
 import tomllib
 from typing import Any
@@ -9,9 +8,10 @@ import pytest
 
 from autobalance.correction import KINDS
 from autobalance.job.template import USUAL_PARTS
-from tests.report.browser import Browser, missing
+from tests.report.browser import Browser
 from tests.web_app import small
 from tests.web_app.page import (
+    BROWSER,
     ENDED,
     READY,
     at,
@@ -29,11 +29,7 @@ from tests.web_app.page import (
 )
 from tests.web_app.serving import Served
 
-pytestmark = [
-    pytest.mark.skipif(bool(missing()), reason=f"not installed: {missing()}"),
-    pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX"),
-    pytest.mark.slow,
-]
+pytestmark = BROWSER
 PRESS = """
 const card = [...document.querySelectorAll("#board article")].find(each => each.ariaLabel === arguments[0]);
 card.querySelector("button").click();

@@ -1,19 +1,14 @@
 """The page is for people who do not see it or cannot point, too: axe-core finds nothing serious."""
 
-import sys
 from importlib.resources import files
 from typing import Any
 
 import pytest
 
-from tests.report.browser import Browser, missing
-from tests.web_app.page import at, until
+from tests.report.browser import Browser
+from tests.web_app.page import BROWSER, at, until
 
-pytestmark = [
-    pytest.mark.skipif(bool(missing()), reason=f"not installed: {missing()}"),
-    pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX"),
-    pytest.mark.slow,
-]
+pytestmark = BROWSER
 RUN = """
 window.axe_found = null;
 axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "best-practice"] }).then(({ violations }) => {

@@ -1,20 +1,13 @@
 """The first view, and the unit of a file that has none: asked until it is answered."""
 
-import sys
 from pathlib import Path
 
-import pytest
-
-from tests.report.browser import Browser, missing
+from tests.report.browser import Browser
 from tests.web_app import small
-from tests.web_app.page import READY, at, chosen, load, nothing_wrong, put, text_of, until
+from tests.web_app.page import BROWSER, READY, at, chosen, load, nothing_wrong, put, text_of, until
 from tests.web_app.serving import Served
 
-pytestmark = [
-    pytest.mark.skipif(bool(missing()), reason=f"not installed: {missing()}"),
-    pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX"),
-    pytest.mark.slow,
-]
+pytestmark = BROWSER
 ASKED = "return document.getElementById('unit-field').dataset.asked"
 SEEN = """
 const seen = what => [...document.querySelectorAll(what)].filter(each => each.getClientRects().length);

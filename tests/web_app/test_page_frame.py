@@ -1,19 +1,14 @@
 """The frame about every step: one state line with one main button, and nothing cut off at any width."""
 
-import sys
 from typing import Any
 
 import pytest
 
-from tests.report.browser import Browser, missing
-from tests.web_app.page import at, put, text_of, until
+from tests.report.browser import Browser
+from tests.web_app.page import BROWSER, at, put, text_of, until
 from tests.web_app.serving import Served
 
-pytestmark = [
-    pytest.mark.skipif(bool(missing()), reason=f"not installed: {missing()}"),
-    pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX"),
-    pytest.mark.slow,
-]
+pytestmark = BROWSER
 STEPS = ("open", "parts", "correct", "see", "machine", "analyse")
 SEEN = "[...document.querySelectorAll(arguments[0])].filter(each => each.getClientRects().length)"
 CUT_OFF = """

@@ -1,17 +1,11 @@
 """Keys of the page: steps, views, the main button; none of them while a field has the focus."""
 
-import sys
-
 import pytest
 
-from tests.report.browser import Browser, missing
-from tests.web_app.page import at, until
+from tests.report.browser import Browser
+from tests.web_app.page import BROWSER, at, until
 
-pytestmark = [
-    pytest.mark.skipif(bool(missing()), reason=f"not installed: {missing()}"),
-    pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX"),
-    pytest.mark.slow,
-]
+pytestmark = BROWSER
 PRESS = """
 const [key, more] = arguments, target = document.activeElement || document.body;
 target.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true, ...more }));

@@ -1,22 +1,17 @@
 """Answers of the server that come late: what was typed meanwhile stays."""
 
 import contextlib
-import sys
 import tomllib
 from collections.abc import Iterator
 
 import pytest
 
-from tests.report.browser import Browser, missing
+from tests.report.browser import Browser
 from tests.web_app import small
-from tests.web_app.page import READY, at, job_text, load, nothing_wrong, other_crank, put, until
+from tests.web_app.page import BROWSER, READY, at, job_text, load, nothing_wrong, other_crank, put, until
 from tests.web_app.serving import Served
 
-pytestmark = [
-    pytest.mark.skipif(bool(missing()), reason=f"not installed: {missing()}"),
-    pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX"),
-    pytest.mark.slow,
-]
+pytestmark = BROWSER
 HOLD = """
 const own = window.fetch, [path] = arguments;
 window.held = false;

@@ -1,20 +1,15 @@
 """The two commonest jobs on the bundled single, from the weights to the papers, on one page."""
 
-import sys
 from collections.abc import Iterator
 
 import pytest
 
 import autobalance as ab
-from tests.report.browser import Browser, missing
-from tests.web_app.page import READY, at, load, nothing_wrong, text_of, until
+from tests.report.browser import Browser
+from tests.web_app.page import BROWSER, READY, at, load, nothing_wrong, text_of, until
 from tests.web_app.serving import Served
 
-pytestmark = [
-    pytest.mark.skipif(bool(missing()), reason=f"not installed: {missing()}"),
-    pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX"),
-    pytest.mark.slow,
-]
+pytestmark = BROWSER
 MAKERS = "document.querySelector('[data-testid=factor-of-makers]')"
 TYPED = """
 const [name, grams] = arguments;

@@ -2,7 +2,6 @@
 
 import contextlib
 import io
-import sys
 import threading
 import tomllib
 import zipfile
@@ -14,15 +13,11 @@ import pytest
 
 import autobalance as ab
 from tests import jobs
-from tests.report.browser import Browser, missing
-from tests.web_app.page import READY, at, chosen, job_text, text_of, until
+from tests.report.browser import Browser
+from tests.web_app.page import BROWSER, READY, at, chosen, job_text, text_of, until
 from tests.web_app.serving import Served
 
-pytestmark = [
-    pytest.mark.skipif(bool(missing()), reason=f"not installed: {missing()}"),
-    pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX"),
-    pytest.mark.slow,
-]
+pytestmark = BROWSER
 
 
 def zip_bomb() -> bytes:

@@ -4,23 +4,18 @@ import base64
 import json
 import math
 import re
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import autobalance as ab
-from tests.report.browser import Browser, missing
+from tests.report.browser import Browser
 from tests.web_app import small
-from tests.web_app.page import at, job_text, latest, numbers, predicted, put, until
+from tests.web_app.page import BROWSER, at, job_text, latest, numbers, predicted, put, until
 from tests.web_app.serving import Served
 
-pytestmark = [
-    pytest.mark.skipif(bool(missing()), reason=f"not installed: {missing()}"),
-    pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX"),
-    pytest.mark.slow,
-]
+pytestmark = BROWSER
 ALONG = """
 const [cut, towards] = arguments, view = document.getElementById("model").view;
 const hand = document.querySelector(`.handle[data-cut="${cut.number}"]`).getBoundingClientRect();

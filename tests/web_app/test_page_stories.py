@@ -3,7 +3,6 @@
 import hashlib
 import json
 import os
-import sys
 import tomllib
 from pathlib import Path
 
@@ -14,9 +13,10 @@ from autobalance.toml_files.text import toml_text
 from autobalance.wording import at as value_at
 from tests import jobs
 from tests.generated import generated_crank
-from tests.report.browser import ELEMENT, Browser, missing
+from tests.report.browser import ELEMENT, Browser
 from tests.web_app import small
 from tests.web_app.page import (
+    BROWSER,
     READY,
     VERDICT,
     at,
@@ -37,11 +37,7 @@ from tests.web_app.page import (
 )
 from tests.web_app.serving import Served
 
-pytestmark = [
-    pytest.mark.skipif(bool(missing()), reason=f"not installed: {missing()}"),
-    pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX"),
-    pytest.mark.slow,
-]
+pytestmark = BROWSER
 KINDS = {"axis", "main_journal", "throw", "web", "counterweight", "face"}
 SHA256 = (
     "const [url, done] = arguments; fetch(url).then(a => a.arrayBuffer())"

@@ -1,15 +1,15 @@
 """Nothing wrong is shown: a result under its own job and crank, one zero, readings that are whole."""
 
-import sys
 import time
 import tomllib
 from collections.abc import Iterator
 
 import pytest
 
-from tests.report.browser import Browser, missing
+from tests.report.browser import Browser
 from tests.web_app import small
 from tests.web_app.page import (
+    BROWSER,
     READY,
     at,
     job_text,
@@ -23,11 +23,7 @@ from tests.web_app.page import (
 )
 from tests.web_app.serving import Served
 
-pytestmark = [
-    pytest.mark.skipif(bool(missing()), reason=f"not installed: {missing()}"),
-    pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX"),
-    pytest.mark.slow,
-]
+pytestmark = BROWSER
 TONE = "return document.querySelector('[data-testid=verdict]').dataset.tone || ''"
 IS = "return document.querySelector('[data-testid=verdict]').dataset.tone === arguments[0]"
 PLACES = """

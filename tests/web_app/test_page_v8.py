@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 
 from tests import jobs
 from tests.generated import generated_crank
-from tests.report.browser import Browser, missing
+from tests.report.browser import Browser
 from tests.web_app.page import (
+    BROWSER,
     READY,
     at,
     balanced,
@@ -29,11 +28,7 @@ from tests.web_app.page import (
 )
 from tests.web_app.serving import Served
 
-pytestmark = [
-    pytest.mark.skipif(bool(missing()), reason=f"not installed: {missing()}"),
-    pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX"),
-    pytest.mark.slow,
-]
+pytestmark = BROWSER
 WEIGHED = {
     "connecting_rod_big_end": 220,
     "big_end_bearing": 25,

@@ -10,6 +10,7 @@ import * as correct from "/static/correct.js";
 import * as drag from "/static/drag.js";
 import * as dragPanels from "/static/drag-panels.js";
 import * as frame from "/static/frame.js";
+import * as history from "/static/history.js";
 import * as helpLine from "/static/help-line.js";
 import * as jobText from "/static/job-text.js";
 import * as keys from "/static/keys.js";
@@ -80,7 +81,7 @@ async function begin() {
   translated(document.body);
   limits.setUp(declared.kinds);
   for (const each of [open, correct, see, drag, views, keys]) each.setUp(view);
-  for (const each of [dragPanels, parts, jobText, analyse, board, machine, nc, settings, helpLine, webs, frame]) each.setUp();
+  for (const each of [dragPanels, parts, jobText, analyse, board, machine, nc, settings, helpLine, webs, history, frame]) each.setUp();
   clash.setUp($("clash-root"));
   mount(Toast, $("toast-root"));
   proposed(await brought(() => askJson("/api/project")));

@@ -27,9 +27,7 @@ export function setUp(view) {
   document.addEventListener("keydown", (event) => {
     if (!(event.ctrlKey || event.metaKey) || $("panel-see").hidden || (/^(INPUT|TEXTAREA|SELECT)$/.test(event.target.tagName) && event.target.type !== "range")) return;
     const way = { z: event.shiftKey ? redo : undo, Z: redo, y: redo }[event.key];
-    if (!way) return;
-    way();
-    event.preventDefault();
+    if (way?.()) event.preventDefault(); // else the job takes its own step back
   });
   on("units", () => { if (cuts().length) predict(); });
 }
@@ -113,11 +111,12 @@ function remembered(place) {
   last = { place, at };
 }
 function step(from, to) {
-  if (!from.length) return;
+  if (!from.length) return false;
   to.push(now());
   Object.assign(dragged, from.pop());
   last = { place: -1, at: 0 };
   changed();
+  return true;
 }
 export const undo = () => step(undone, redone);
 export const redo = () => step(redone, undone);

@@ -11,7 +11,7 @@ import { plannedSays } from "/static/kind-cards.js";
 import { doubts } from "/static/open.js";
 import { preview } from "/static/parts.js";
 import { previewPolars, resultPolars } from "/static/polar.js";
-import { Cancel, cutting } from "/static/runs.js";
+import { Cancel, cutting, results } from "/static/runs.js";
 import { mount } from "/static/store.js";
 import { unitOf } from "/static/units.js";
 import { judged } from "/static/verdict.js";
@@ -32,12 +32,13 @@ export function setUp() {
 
 // --- the steps ------------------------------------------------------------------------------------------------
 
+const ICONS = { analyse: "∿", history: "◷" };
 const SIGNS = { done: "✓", ask: "?", bad: "✕", stale: "◷" };
 function Step({ name, words, number, is = "", says = "" }) {
   const box = $(`tab-${name}`);
   box.dataset.is = is;
   box.setAttribute("aria-label", says ? `${t(words)}: ${says}` : t(words));
-  return html`<i aria-hidden="true">${(box.getAttribute("aria-selected") !== "true" && SIGNS[is]) || number}</i><b>${t(words)}</b><small>${says}</small>`;
+  return html`<i aria-hidden="true">${(box.getAttribute("aria-selected") !== "true" && SIGNS[is]) || ICONS[name] || number}</i><b>${t(words)}</b><small>${says}</small>`;
 }
 
 function crank() {
@@ -62,7 +63,7 @@ function machine() {
   const stages = state.result?.report.stages?.length || 0;
   return state.result ? { is: stages ? "done" : "", says: stages ? t("stage {number}", { number: stages }) : t("not read") } : {};
 }
-const STEPS = [["open", "Crank", crank], ["parts", "Engine", engine], ["correct", "Plan", plan], ["see", "Result", result], ["machine", "Machine", machine], ["analyse", "Analyses", () => ({})]];
+const STEPS = [["open", "Crank", crank], ["parts", "Engine", engine], ["correct", "Plan", plan], ["see", "Result", result], ["machine", "Machine", machine], ["analyse", "Analyses", () => ({})], ["history", "History", () => ({})]];
 
 // --- the state line ------------------------------------------------------------------------------------------------
 
@@ -109,6 +110,7 @@ const LINES = {
     return { tone: needs ? "plain" : isWithin ? "good" : "bad", words: needs ? t("Nothing read yet") : t(isWithin ? "Read within tolerance" : "Read above tolerance"), says: needs || t("The next cuts follow from the reading."), bars, more, main: { id: "recut", words: t("Plan the next cuts"), off: Boolean(needs), work: () => recut(false) } };
   },
   analyse: () => ({ tone: "plain", words: t("Analyses"), says: t("Computed from the job or from a separate file. Nothing is cut."), main: { id: "analyse", words: t("Compute and draw"), work: analyse } }),
+  history: () => ({ tone: "plain", words: t("History"), says: t("Results: {count}", { count: results().length }), main: { words: `${t(state.result ? "To the result" : "To the crank")} ${NEXT}`, work: to(state.result ? "see" : "open") } }),
 };
 const planeBars = () => {
   const { residual, tolerance } = state.result.report, planes = residual.planes.map((plane, k) => [`${t("Plane")} ${plane.name}`, plane.magnitude_g_mm, plane.uncertainty_g_mm, tolerance.planes[k].permissible_g_mm]);

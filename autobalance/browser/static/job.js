@@ -138,11 +138,29 @@ const save = behind(async () => {
     return;
   }
   sent = now;
+  stepTaken(tables);
   base = tables;
   emit("saved");
   if (state.result?.told) state.result.told = await askJson(`/api/runs/${state.result.id}`);
   redraw();
 });
+// Steps back and forth through the job as it was saved; another crank's begin anew.
+const past = [], future = [], MOST_STEPS = 100;
+function stepped(from, to) {
+  if (!from.length || sent !== changes) return false;
+  to.push(structuredClone(job()));
+  taken(from.pop());
+  changed();
+  return true;
+}
+export const undoJob = () => stepped(past, future);
+export const redoJob = () => stepped(future, past);
+function stepTaken(tables) {
+  if (same(base, tables)) return;
+  past.push(base);
+  past.splice(0, past.length - MOST_STEPS);
+  future.length = 0;
+}
 const kept = debounced(() => { if (!coming) save(); }, 250);
 
 // Take the job that an answer brings, with what was typed while the answer was on its way; return the answer.
@@ -166,6 +184,7 @@ export async function brought(asks, isAnother = false) {
 function forget(isTyped) {
   state.inspected = state.file = null;
   state.tables = {};
+  past.length = future.length = 0;
   if (!isTyped) for (const group of Object.keys(GROUPS)) state.weights[group] = [];
   emit("forgotten");
 }

@@ -3,6 +3,7 @@ import { html } from "/static/preact.min.js";
 import { askJson, guarded, post, remove, say } from "/static/server.js";
 import { emit, state } from "/static/job.js";
 import { signal } from "/static/store.js";
+import { STAYS_MS, toast } from "/static/toast.js";
 import { locale, t } from "/static/words.js";
 
 const ENDED = ["done", "failed", "cancelled"];
@@ -80,7 +81,7 @@ export const running = () => listed.value.filter((each) => !ENDED.includes(each.
 
 // The runs of the project, the latest first: shown, cancelled, taken away.
 export function RunList() {
-  const runs = listed.value, some = all.value ? runs : runs.slice(0, FEW);
+  const runs = listed.value.filter(({ id }) => !leaving.value.has(id)), some = all.value ? runs : runs.slice(0, FEW);
   const more = runs.length > FEW && html`<li><button type="button" onClick=${() => { all.value = !all.value; }}>${all.value ? t("Only the latest") : t("All {count} runs", { count: runs.length })}</button></li>`;
   return html`<ul id="run-list" class="quiet" data-testid="runs" aria-label=${t("Runs")}>${some.map((told) => html`<${Item} key=${told.id} told=${told}/>`)}${more}</ul>`;
 }
@@ -90,15 +91,23 @@ function Item({ told }) {
   const doing = told.state === "running" ? `${told.words}, ${Math.round(100 * told.share)} %` : t(told.state);
   const button = (words, work) => html`<button type="button" aria-label=${`${t(words)} ${verb} ${id}`} onClick=${work}>${t(words)}</button>`;
   return html`<li data-run=${id} data-state=${told.state} aria-current=${state.result?.id === id ? "true" : undefined}><span><b>${(told.crank || "").replace(/\.[^.]+$/, "")}</b> ${verb}${words[id] ? ` ${words[id]}` : ""}: ${doing}${told.state === "done" ? html` <small>${new Date(told.started).toLocaleString(locale, { dateStyle: "short", timeStyle: "short" })}</small>` : ""}${told.error ? ` – ${told.error}` : ""}</span>
-    <span class="buttons">${done ? button("Show", () => { emit("show", told); emit("tab", "see"); }) : ""}${ENDED.includes(told.state) ? button("Delete", guarded(() => taken(told))) : button("Cancel", guarded(() => cancel(id)))}</span></li>`;
+    <span class="buttons">${done ? button("Show", () => { emit("show", told); emit("tab", "see"); }) : ""}${ENDED.includes(told.state) ? button("Delete", () => taken(told)) : button("Cancel", guarded(() => cancel(id)))}</span></li>`;
 }
 
-// Take a run away; what is shown of it goes with it.
-async function taken({ id }) {
-  const { runs } = await remove(`/api/runs/${id}`);
+// Take a run away; what is shown of it goes with it. For some seconds it can be had back: its files go then.
+const leaving = signal(new Set());
+function taken(told) {
+  const { id } = told, back = () => { clearTimeout(going); leaving.value = new Set([...leaving.value].filter((each) => each !== id)); };
+  leaving.value = new Set([...leaving.value, id]);
   if (state.result?.id === id) emit("gone");
-  list(runs);
+  const going = setTimeout(guarded(async () => { list((await remove(`/api/runs/${id}`)).runs); back(); }), STAYS_MS);
+  toast(t("Deleted: {name}", { name: nameOf(told) }), { words: t("Undo"), work: back });
 }
+export const takeAway = taken;
+export const nameOf = ({ id, verb, crank }) => [(crank || "").replace(/\.[^.]+$/, ""), verb, words[id]].filter((each) => each).join(" ");
+// The results of the project, the latest first.
+export const results = () => listed.value.filter((told) => told.state === "done" && ["balance", "recut"].includes(told.verb) && !leaving.value.has(told.id));
+export const isHidden = (id) => leaving.value.has(id);
 
 export const cancel = (id) => post(`/api/runs/${id}/cancel`, {});
 

@@ -9,7 +9,9 @@ const OUTCOMES = { within_tolerance: "Within tolerance", already_within_toleranc
 // Tone, words and the sentence of a result; null where there is none.
 export function judged() {
   const { report, told } = state.result || {};
-  if (!report) return null;
+  return report ? judgement(report, told) : null;
+}
+export function judgement(report, told) {
   const isAbove = report.outcome === "above_tolerance", isUnproven = !isAbove && report.proven === false;
   const tone = told?.job_changed ? "stale" : isAbove ? "bad" : isUnproven ? "warn" : "good";
   const words = isUnproven ? t("Within, not proven") : t(OUTCOMES[report.outcome]);

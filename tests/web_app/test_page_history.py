@@ -1,0 +1,74 @@
+"""History: cranks and their results, a deleted one had back, two side by side; steps back through the job."""
+
+import tomllib
+
+import pytest
+
+from tests.report.browser import Browser
+from tests.web_app import small
+from tests.web_app.page import BROWSER, at, job_text, load, put, text_of, until
+from tests.web_app.serving import Served
+
+pytestmark = BROWSER
+ROWS = (
+    "return [...document.querySelectorAll('[data-testid=history-crank] tr[data-run]')]"
+    ".map(row => row.dataset.run)"
+)
+BUTTON = "document.querySelector(`tr[data-run='${arguments[0]}'] [aria-label^=Delete]`).click()"
+
+
+def test_results_stand_under_their_crank_and_any_two_side_by_side(window: Browser, app: Served) -> None:
+    page = window
+    app.ask(f"/api/files?name={small.NAME}", small.crank(app.project.parent).read_bytes())
+    job = {**small.DRILLED, "correction": {"method": "shoulder"}}
+    runs = [small.ran(app, verb, small.DRILLED) for verb in ("inspect", "balance")][1:]
+    runs.append(small.ran(app, "balance", job))
+    app.ask("/api/job", job, "PUT")
+    load(page, app)
+    page.click_on(at("tab-history"))
+    assert until(page, ROWS) == runs[::-1]
+    until(page, "return document.querySelectorAll('tr[data-run] .badge').length === 2")
+    assert page.run("return document.querySelector('[data-testid=history-crank] h3').textContent") == (
+        "small open now"
+    )
+    for run in runs:
+        page.run("document.querySelector(`tr[data-run='${arguments[0]}'] input`).click()", run)
+    reports = [app.ask(f"/api/runs/{run}/report").json for run in runs]
+    shown = page.run(
+        "return [...document.querySelectorAll('[data-testid=compare-two] tbody tr')]"
+        ".map(row => [...row.querySelectorAll('[data-value]')].map(each => Number(each.dataset.value)))"
+    )
+    assert shown[0] == [each["residual"]["magnitude_g_mm"] for each in reports]
+    assert shown[3] == [len(each["corrections"]) for each in reports]
+    metal = [sum(cut["removed_mass_g"] for cut in each["corrections"]) for each in reports]
+    assert shown[4] == pytest.approx(metal, rel=1e-12)
+    had_back(page, app, runs)
+
+
+def had_back(page: Browser, app: Served, runs: list[str]) -> None:
+    """Delete a result, have it back, delete it again: its files go once it cannot be had back."""
+    page.run(BUTTON, runs[0])
+    until(page, f"const rows = (() => {{ {ROWS} }})(); return rows.length === 1")
+    assert "small" in text_of(page, "toast")
+    page.click_on(at("toast-act"))
+    until(page, f"const rows = (() => {{ {ROWS} }})(); return rows.length === 2")
+    assert (app.project / "runs" / runs[0]).is_dir()
+    page.run(BUTTON, runs[0])
+    until(page, f"const rows = (() => {{ {ROWS} }})(); return rows.length === 1")
+    assert (app.project / "runs" / runs[0]).is_dir()
+
+
+def test_the_job_is_taken_back_step_by_step(page: Browser, project: Served) -> None:
+    press = (
+        "document.activeElement?.blur(); document.body.dispatchEvent(new KeyboardEvent('keydown',"
+        "{ key: 'z', ctrlKey: true, shiftKey: arguments[0], bubbles: true, cancelable: true }))"
+    )
+    page.click_on(at("tab-parts"))
+    for factor in ("0.31", "0.32"):
+        put(page, factor=factor)
+        job_text(page, f"factor = {factor}")
+    for shift, factor in ((False, "0.31"), (False, "0.25"), (True, "0.31"), (True, "0.32")):
+        page.run(press, shift)
+        found = tomllib.loads(job_text(page, f"factor = {factor}"))["balance"]
+        assert found == {**small.DRILLED["balance"], "factor": float(factor)}
+        assert page.run("return document.getElementById('factor').value") == factor
