@@ -37,6 +37,7 @@ return [...document.querySelectorAll(arguments[0])].map(each => each.getBounding
 @pytest.fixture(scope="module")
 def motocross(app: Served, window: Browser) -> Iterator[Browser]:
     """The page with the bundled single opened."""
+    window.resize(1400, 900)
     page = load(window, app)
     with nothing_wrong(page, app):
         page.click_on(at("bundled"))

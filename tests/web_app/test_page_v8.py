@@ -56,7 +56,7 @@ def weighed_and_described(page: Browser) -> None:
     put(page, key_cycle_bore_mm=94, key_cycle_compression_ratio=11, key_cycle_heat_J=1500)
     put(page, key_cycle_firing_order="1-8-4-3-6-5-7-2", key_balance_margin="none")
     put(page, key_job_customer="Ann")
-    page.run("document.getElementById('lists').open = true")
+    page.run("for (const id of ['engine', 'lists']) document.getElementById(id).open = true")
     page.click_on("#key-engine-attached-add")
     until(page, "return document.getElementById('key-engine-attached-1-name')")
     values = {"name": "flywheel", "mass_g": 9000, "unbalance_g_mm": "0; 0", "z_mm": 300, "pm_g_mm": 20}

@@ -1,6 +1,6 @@
 // Open: the crank that is looked at, what was recognised in it and what is in doubt, and what a user says of it.
 import { html } from "/static/preact.min.js";
-import { $, ending, shown, withUnit } from "/static/tools.js";
+import { $, ending, shown, typed, withUnit } from "/static/tools.js";
 import { askBuffer, askJson, askLeft, guarded, say } from "/static/server.js";
 import { UNITLESS, assumed, at, changed, crankshaft, emit, isUnitAsked, keep, on, state, unitOfFile } from "/static/job.js";
 import { JobField } from "/static/fields.js";
@@ -9,7 +9,7 @@ import { Measured } from "/static/measured.js";
 import { start } from "/static/runs.js";
 import { mount, redrawNow, signal } from "/static/store.js";
 import { Tree } from "/static/tree.js";
-import { t } from "/static/words.js";
+import { plain, t } from "/static/words.js";
 
 let view = null;
 let opening = 0;
@@ -170,7 +170,9 @@ function Open() {
 }
 
 // Nothing is open: what the program does, and three ways in.
-const First = () => html`<div class="first"><h2>${t("Balance a crankshaft from its solid model")}</h2><p>${t("Open the model and enter what the parts weigh. autobalance plans the cuts, makes them in the solid and measures what is left, until ISO 21940-11 is met. You get the corrected solid, a shop sheet and a certificate. Your file stays on this computer.")}</p><${Ways}/></div>`;
+const First = () => html`<div class="first"><div class="hero"><div><h2>${t("Balance a crankshaft from its solid model")}</h2><p>${t("Open the model and enter what the parts weigh. autobalance plans the cuts, makes them in the solid and measures what is left, until ISO 21940-11 is met. You get the corrected solid, a shop sheet and a certificate. Your file stays on this computer.")}</p></div><${Turning}/></div><${Ways}/></div>`;
+// A crank that turns, seen from its end.
+const Turning = () => html`<svg viewBox="0 0 120 120" role="img" aria-label=${t("A crankshaft that turns, seen from its end")}><g class="turning"><path class="c" d="M24 60A36 36 0 0 0 96 60L80 56H40Z"/><path class="w" d="M44 40A16 16 0 0 1 76 40L80 62A20 20 0 0 1 40 62Z"/><circle class="k-pin" cx="60" cy="38" r="8.5"/><circle class="k-journal" cx="60" cy="60" r="9.5"/></g></svg>`;
 
 function Ways() {
   const { accept, formats } = $("panel-open").dataset, files = ({ target }) => { const list = [...target.files]; target.value = ""; dropped(list); }; // the same file may be chosen again
@@ -183,13 +185,28 @@ function Ways() {
 
 // The unit of a file that has none: asked until it is answered, and never that of the file before.
 const UNITS = ["mm", "cm", "m", "inch"];
+const MM_PER = { mm: 1, cm: 10, m: 1000, inch: 25.4 }, CLOSE = 0.01;
+const strokeTyped = signal({ text: "", why: "" });
+// A stroke that somebody knows says the unit: the one in which the crank has it.
+function byStroke(again) {
+  const wanted = typed(strokeTyped.value.text), found = state.inspected?.report.crank.throws[0], says = (why) => { strokeTyped.value = { ...strokeTyped.value, why }; };
+  if (typeof wanted !== "number" || !(wanted > 0) || !found) { says(t("Enter the stroke in mm, above 0.")); return; }
+  const inFile = (2 * found.crank_radius_mm) / MM_PER[unitOfFile()], unit = UNITS.find((each) => Math.abs(wanted / (inFile * MM_PER[each]) - 1) < CLOSE);
+  if (!unit) { says(t("In no unit is the stroke {wanted} mm: in the file it is {stroke}. Scale the model by {factor} and open it in mm.", { wanted: shown(wanted, 2), stroke: shown(inFile, 3), factor: plain(Number((wanted / inFile).toPrecision(6))) })); return; }
+  strokeTyped.value = { text: "", why: "" };
+  assumed.unit = unit;
+  keep("crankshaft.unit", unit);
+  changed();
+  again();
+}
 function Unit() {
   if (!UNITLESS.includes(ending(coming.value || state.file))) return html`<div id="unit-field" hidden></div>`;
   const isAsked = isUnitAsked(), answer = (unit) => { assumed.unit = unit; keep("crankshaft.unit", unit); changed(); };
   const setUnit = ({ target }) => answer(target.value);
   const again = async () => { await sending; if (state.file) open(); };
   return html`<div id="unit-field" class="tell" data-tone=${isAsked ? "warn" : "plain"} data-testid="unit-question" data-asked=${String(isAsked)}>${isAsked ? html`<h3>${t("Is the file in {unit}?", { unit: t(unitOfFile()) })}</h3><p>${t("The file has no unit.")}${long() === null ? "" : ` ${t("In {unit} the crank is {length} from the first web to the last.", { unit: t(unitOfFile()), length: withUnit(long(), 0, "mm") })}`}</p>` : ""}
-    <label>${t("Unit of the file")} <select data-testid="unit" id="unit" value=${unitOfFile()} onInput=${setUnit} onChange=${again}>${UNITS.map((each) => html`<option value=${each}>${t(each)}</option>`)}</select></label>${isAsked ? html` <button type="button" id="unit-yes" data-testid="unit-yes" onClick=${() => answer(unitOfFile())}>${t("Yes, {unit}", { unit: t(unitOfFile()) })}</button>` : ""}</div>`;
+    <label>${t("Unit of the file")} <select data-testid="unit" id="unit" value=${unitOfFile()} onInput=${setUnit} onChange=${again}>${UNITS.map((each) => html`<option value=${each}>${t(each)}</option>`)}</select></label>${isAsked ? html` <button type="button" id="unit-yes" data-testid="unit-yes" onClick=${() => answer(unitOfFile())}>${t("Yes, {unit}", { unit: t(unitOfFile()) })}</button>
+    <div class="stroke"><label>${t("or: my stroke is [mm]")} <input id="stroke" data-testid="stroke" inputMode="decimal" value=${strokeTyped.value.text} aria-describedby="stroke-note" aria-invalid=${strokeTyped.value.why ? "true" : undefined} onInput=${({ target }) => { strokeTyped.value = { text: target.value, why: "" }; }}/></label> <button type="button" data-testid="by-stroke" onClick=${() => byStroke(again)}>${t("Find the unit")}</button><small class="note" id="stroke-note">${strokeTyped.value.why}</small></div>` : ""}</div>`;
 }
 
 // How long the crank is in the unit that the page took: a wrong one is seen at once.
