@@ -73,5 +73,7 @@ def test_halves_without_bores_are_refused_for_their_bores_not_their_gap() -> Non
     plain = union(
         [disc(45.0, side * 8.0, side * 28.0) + disc(12.5, side * 28.0, side * 70.0) for side in (-1, 1)]
     )
-    with pytest.raises(RecognitionError, match="a side of the gap between webs, .* has no bore for the crankpin"):
+    with pytest.raises(
+        RecognitionError, match=r"a side of the gap between webs, .* has no bore for the crankpin"
+    ):
         recognise(plain, Overrides(crankpin_in_file=None))
