@@ -41,7 +41,7 @@ LAYOUT = Key(
             "plain",
         ),
         Key("rod_pitch_mm", float, "distance between the rods of a throw, along the axis", ANY, 0.0),
-        Key("offset_mm", float, "offset of the cylinder's axis from the crank axis", ANY, 0.0),
+        Key("offset_mm", float, "offset of the cylinder's axis from the crank axis", ANY, 0.0, verbs=VERBS),
     ),
 )
 
@@ -96,7 +96,7 @@ SHAFTS = Key(
     says="balance shafts",
     many=True,
     default=(),
-    verbs="forces, shafts, parts, orders",
+    verbs="forces, shafts, parts, cycle, orders",
     keys=(
         Key("order", int, "speed divided by the crank speed", COUNTED),
         Key("sense", Sense, "rotation, with the crank or against it"),

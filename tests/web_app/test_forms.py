@@ -23,5 +23,9 @@ def test_fields_say_which_verbs_read_them_where_not_all_do() -> None:
     by_name = {each["table"]: each for each in tables()}
     rod = next(each for each in by_name["engine"]["keys"] if each["key"] == "rod_length_mm")
     assert {"forces", "cycle", "shafts"} <= set(rod["verbs"])
-    assert {"cycle", "torsion"} <= set(by_name["cycle"]["verbs"])
+    assert {"cycle", "torsion", "forces"} <= set(by_name["cycle"]["verbs"])
+    offset = next(each for each in by_name["engine"]["keys"] if each["key"] == "layout.offset_mm")
+    assert {"forces", "cycle", "shafts"} <= set(offset["verbs"])
+    assert "cycle" in by_name["shafts"]["verbs"]  # for the roll couple
+    assert all("strength" in by_name[name]["verbs"] for name in ("torsion", "damper", "coupling"))
     assert by_name["engine"]["verbs"] == []

@@ -100,8 +100,9 @@ CRANK = (
         "fem_size_mm", float, "largest edge of its last mesh; default some thousand elements", POSITIVE, None
     ),
 )
+OF_TORSION_ALONE = ("speed_rpm", "points", "excitation", "pendulum", "run_up")
 OF_A_JOB = tuple(
-    replace(key, verbs="torsion")
+    replace(key, verbs="torsion" if key.name in OF_TORSION_ALONE else "torsion, strength")
     for key in (*SHARED, Key("torsion", says="the crank's own model", keys=CRANK, default=FILLED))
 )
 """Every key that a job adds."""

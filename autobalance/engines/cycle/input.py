@@ -196,7 +196,7 @@ CYCLE = Key(
     "cycle",
     says="gas cycle of the cylinders: see [cycle.md](cycle.md)",
     default=None,
-    verbs="cycle, strength, orders, torsion, bench",
+    verbs="cycle, strength, forces, orders, torsion, bench",
     keys=(
         Key("strokes", int, "strokes of a cycle", STROKES, 4),
         *CYLINDER,
