@@ -17,7 +17,7 @@ def density_keys(of: str, default: Any = REQUIRED) -> tuple[Key, Key]:
         Key(
             "density",
             Material,
-            f"instead: the material of {of}; `autobalance calc density` has the sources",
+            f"material of {of}, in place of the density; `autobalance calc density` lists the sources",
             default=None,
         ),
     )

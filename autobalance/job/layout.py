@@ -99,7 +99,7 @@ SHAFTS = Key(
     verbs="forces, shafts, parts, cycle, orders",
     keys=(
         Key("order", int, "speed divided by the crank speed", COUNTED),
-        Key("sense", Sense, "rotation, with the crank or against it"),
+        Key("sense", Sense, "direction of rotation, with the crank or against it"),
         Key("product_g_mm", float, "unbalance; or the sum of `weight`", default=None),
         Key("phase_deg", float, "angle of its unbalance at crank angle 0", ANY, 180.0),
         Key("place_mm", tuple[float, float], "position of its axis, rotor frame", ANY, (0.0, 0.0)),

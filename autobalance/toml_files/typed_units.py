@@ -207,7 +207,9 @@ def refuse_unfilled(values: Mapping[str, Any]) -> None:
     left = [path for path, value in leaves(values) if value == FILL_IN]
     if left:
         more = f" (and {len(left) - 1} more)" if len(left) > 1 else ""
-        raise JobError(f'{left[0]} is "{FILL_IN}"{more}; {len(left)} left to fill in: only you know')
+        raise JobError(
+            f'{left[0]} is "{FILL_IN}"{more}; {len(left)} left to fill in: enter them, only you know them'
+        )
 
 
 def leaves(values: Any, path: str = "") -> list[tuple[str, Any]]:

@@ -50,7 +50,7 @@ def test_the_thesis_neglects_one_or_two_percent_of_the_friction() -> None:
     assert 0.002 < rows[0]["least_of_friction"] < 0.01
     assert 0.01 < rows[2]["greatest_of_friction"] < 0.03
     assert rows[2]["greatest_of_friction"] * 0.368 == pytest.approx(rows[2]["greatest_N_m"], rel=0.01)
-    assert "Windage, an order of size" in result.text()
+    assert "Windage, an estimate" in result.text()
     assert b"Windage of disc and shaft" in result.plots()["bench-windage"]["svg"]
 
 

@@ -45,7 +45,7 @@ def fed_case(kind: str, values: Values, bearing: JournalBearing, lubricant: Lubr
     load, ratio = values["load_N"], values["eccentricity_ratio"]
     if (load is None) == (ratio is None):
         fault = "load_N is missing" if load is None else "load_N and eccentricity_ratio are both given"
-        raise JobError(f"{fault}; each follows from the other: give one")
+        raise JobError(f"{fault}; each follows from the other: set one of load_N and eccentricity_ratio")
     if lubricant.supply is not None and load is None:
         raise JobError("oil.supply_C needs load_N to balance its heat")
     density = OIL_KG_M3 if lubricant.oil is None else lubricant.oil.density_kg_m3

@@ -223,7 +223,8 @@ def _lubricant(values: Values, key: str, heats: bool = True) -> Lubricant:
         raise JobError("oil.temperature_C is missing; it must be above -273.15")
     if celsius is not None and supply is not None:
         raise JobError(
-            "oil.temperature_C and oil.supply_C are both given; the supply's heat balance finds it"
+            "oil.temperature_C and oil.supply_C are both given; with supply_C the temperature is computed: "
+            "remove one of them"
         )
     if celsius is not None:
         _flows(oil, celsius, "oil.temperature_C")
@@ -243,7 +244,7 @@ def _flows(oil: WaltherOil, celsius: float, where: str) -> None:
     except OverflowError:
         flows = False
     if not flows:
-        raise JobError(f"{where} is {celsius:g}; the oil of viscosity_mm2_s has no viscosity there")
+        raise JobError(f"{where} is {celsius:g}; viscosity_mm2_s has no value at this temperature")
 
 
 def _with_history(case: PlainCase, values: Values, folder: Path, source: HistorySource) -> PlainCase:

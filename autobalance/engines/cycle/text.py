@@ -226,7 +226,7 @@ def _key_figures(figures: KeyFigureTable) -> str:
 
 
 def _films(films: FilmTable) -> str:
-    rows: list[Sequence[str]] = [("Oil film over the cycle", "least", "at", "eccentricity", "friction")]
+    rows: list[Sequence[str]] = [("Oil film over the cycle", "minimum", "at", "eccentricity", "friction")]
     for films_of, name in ((films.main_journals, "main journal"), (films.big_ends, "big end of cylinder")):
         for row in films_of or ():
             rows.append(

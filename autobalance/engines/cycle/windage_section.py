@@ -134,7 +134,7 @@ def _text(found: CycleWindage) -> str:
     for shares, name in ((found.of_friction, "the friction"), (found.of_gas_torque, "the torque of the gas")):
         if shares is not None:
             lines.append(f"  {100.0 * shares[0]:.2g} to {100.0 * shares[1]:.2g} % of {name}")
-    rows: list[Sequence[str]] = [("  Web", "disc of", "least", "maximum")]
+    rows: list[Sequence[str]] = [("  Web", "disc of", "minimum", "maximum")]
     for web in found.webs:
         torques = f"{web.least_n_m:.3g} N·m", f"{web.greatest_n_m:.3g} N·m"
         rows.append((f"  {web.number}", f"{web.face_radius_mm:.1f} mm", *torques))

@@ -98,7 +98,7 @@ def _runs(runs: Sequence[BenchRun]) -> str:
 
 
 def _windage(rows: Sequence[BenchWindage]) -> str:
-    lines: list[Sequence[str]] = [("Windage, an order of size", "least", "maximum", "over the friction")]
+    lines: list[Sequence[str]] = [("Windage, an estimate", "minimum", "maximum", "over the friction")]
     for row in rows:
         low, high = row.least_of_friction, row.greatest_of_friction
         share = "-" if low is None or high is None else f"{100.0 * low:.2g} to {100.0 * high:.2g} %"

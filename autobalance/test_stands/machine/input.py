@@ -66,7 +66,7 @@ class HiddenUnbalance:
 
     z_mm: Annotated[float, "plane of the unbalance"]
     g_mm: Annotated[float, NOT_NEGATIVE, "size"]
-    angle_rad: Annotated[float, DEGREES, "its heavy side"]
+    angle_rad: Annotated[float, DEGREES, "angle of the heavy side"]
 
     def in_plane(self) -> PlanarUnbalance:
         """Return the same as a complex number."""
