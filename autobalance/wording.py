@@ -148,7 +148,9 @@ def file_name(report: Mapping[str, Any]) -> str:
 
 
 def part_name(report: Mapping[str, Any]) -> str:
-    """Return the name of the crank's original file: the first stage's, where it was cut since."""
+    """Return the part's name in the job, else that of the crank's original file, of the first stage."""
+    if own := at(report, "job.job.part"):
+        return str(own)
     first = at(report, "job.crankshaft.file") if report.get("stages") else None
     return file_name({"input": {"file": first}} if first else report)
 

@@ -14,6 +14,7 @@ JOB = Key(
     default=None,
     verbs="all",
     keys=(
+        Key("part", str, "name of the part; names of papers begin with it", default=None, example="V8"),
         Key("customer", str, "name of the customer", default=None, example="A. Customer"),
         Key("engine", str, "name of the engine", default=None, example="CRF 250 R"),
         Key("serial", str, "serial number of the crank", default=None, example="C-0417"),

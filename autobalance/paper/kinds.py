@@ -65,9 +65,13 @@ def _drawing(material: Material) -> dict[str, bytes]:
     return {"dxf": dxf(material.report, material.drawings, material.choice.units)}
 
 
-SHEET = OutputKind("pdf", {"pdf": "sheet.pdf"}, _sheet)
-WORKBOOK = OutputKind("xlsx", {"xlsx": "balance.xlsx"}, _workbook)
-CERTIFICATE = OutputKind("certificate", {"certificate": "certificate.pdf"}, _certificate, is_usual=False)
-CARD = OutputKind("card", {"card": "bob-weights.pdf"}, _card, is_usual=False)
-HOLE_LIST = OutputKind("csv", {"csv": "holes.csv"}, _hole_list, is_usual=False)
-DRAWING = OutputKind("dxf", {"dxf": "drawing.dxf"}, _drawing, is_usual=False, require=_require_ezdxf)
+SHEET = OutputKind("pdf", {"pdf": "sheet.pdf"}, _sheet, is_paper=True)
+WORKBOOK = OutputKind("xlsx", {"xlsx": "balance.xlsx"}, _workbook, is_paper=True)
+CERTIFICATE = OutputKind(
+    "certificate", {"certificate": "certificate.pdf"}, _certificate, is_usual=False, is_paper=True
+)
+CARD = OutputKind("card", {"card": "bob-weights.pdf"}, _card, is_usual=False, is_paper=True)
+HOLE_LIST = OutputKind("csv", {"csv": "holes.csv"}, _hole_list, is_usual=False, is_paper=True)
+DRAWING = OutputKind(
+    "dxf", {"dxf": "drawing.dxf"}, _drawing, is_usual=False, require=_require_ezdxf, is_paper=True
+)

@@ -102,7 +102,7 @@ def _names(sheet: Sheet) -> list[str]:
     job = str(at(report, "job.file") or "").replace("\\", "/").rpartition("/")[2]
     part, stage = part_name(report), job_header.stage_words(report)
     if part != file_name(report):
-        stage += f" from {file_name(report)}"
+        stage = f"{stage} from {file_name(report)}".strip()
     job = "" if sheet.for_customer else job
     names = (job_header.shop_name(report), sheet.name, part, job, stage)
     return [safe(name) for name in names if name]

@@ -35,7 +35,11 @@ class SheetResult(VerbResult):
 
     def files(self) -> Mapping[str, bytes]:
         """Return ``sheet.pdf`` and ``drawing.dxf``, as far as they were requested."""
-        return {SHEETS[kind]: data for kind, data in self.made.items()}
+        return {self._name(kind): data for kind, data in self.made.items()}
+
+    def _name(self, kind: str) -> str:
+        """Return the name of a file; it begins with part and serial where the job has them."""
+        return self.content.outputs[kind].file
 
     def text(self, units: str = "metric") -> str:
         """Return a line: of what the sheet is."""
@@ -53,7 +57,7 @@ class SheetResult(VerbResult):
         """
         folder = Path(folder)
         refuse_another_run(folder, self.source)
-        chosen = {SHEETS[kind]: data for kind, data in self.made.items() if only is None or kind in only}
+        chosen = {self._name(kind): data for kind, data in self.made.items() if only is None or kind in only}
         with Staging([folder]) as staging:
             for name, data in chosen.items():
                 staging.add(folder / name, data)
@@ -99,6 +103,7 @@ def sheet(
     FileError, FormatError, ClaimError If the report or its solid is missing or invalid, or the solid is
     another.
     """
+    from autobalance.report.job_header import file_prefix
     from autobalance.report.records.answers import SheetReport
     from autobalance.report.records.head import WrittenFile
     from autobalance.verification.earlier_stage import earlier_stage
@@ -118,7 +123,7 @@ def sheet(
             "expected a report as balance writes it"
         ) from None
     outputs = {
-        kind: WrittenFile(file=SHEETS[kind], sha256=hashlib.sha256(data).hexdigest())
+        kind: WrittenFile(file=file_prefix(values) + SHEETS[kind], sha256=hashlib.sha256(data).hexdigest())
         for kind, data in files.items()
     }
     report_made = SheetReport(report=path.name, corrections=len(values["corrections"]), outputs=outputs)

@@ -6,6 +6,7 @@ import datetime
 from collections.abc import Collection
 
 from autobalance.errors import FormatError
+from autobalance.report.job_header import file_prefix
 from autobalance.report.material import Choice, Material
 from autobalance.report.output_kinds import KINDS, choices, usual
 
@@ -39,8 +40,9 @@ def choice_of(
 def bundle(material: Material) -> dict[str, tuple[str, bytes]]:
     """Return the chosen files: key in ``outputs`` → name and bytes."""
     files: dict[str, tuple[str, bytes]] = {}
+    prefix = file_prefix(material.report)
     for name, kind in KINDS.items():
         if name in material.choice.kinds:
             data = kind.make(material)
-            files |= {key: (file, data[key]) for key, file in kind.files.items() if key in data}
+            files |= {key: (file, data[key]) for key, file in kind.named(prefix).items() if key in data}
     return files

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import re
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,6 +12,8 @@ from autobalance.wording import at
 
 NAMED = ("customer", "engine", "serial", "operator", "note")
 """Keys of ``[job]``, in the order in which pages have them."""
+NOT_IN_NAMES = re.compile(r"[^\w.+-]+")
+"""Characters that no name of a file should have on any system."""
 MAGIC = {b"\x89PNG\r\n\x1a\n": "image/png", b"\xff\xd8\xff": "image/jpeg"}
 """First bytes of the pictures that a page can hold → their media type."""
 
@@ -29,6 +32,17 @@ def work(report: Report) -> dict[str, str]:
     if report.get("serial"):
         entries["serial"] = str(report["serial"])
     return {name: entries[name] for name in NAMED if name in entries}
+
+
+def file_prefix(report: Report) -> str:
+    """Return the beginning of the names of papers, ``V8-001-``; nothing unless the job names the part."""
+    part = at(report, "job.job.part")
+    if not part:
+        return ""
+    words = (str(part), work(report).get("serial", ""))
+    return "".join(
+        f"{word}-" for word in (NOT_IN_NAMES.sub("_", each).strip("_. ") for each in words) if word
+    )
 
 
 def work_words(report: Report) -> str:

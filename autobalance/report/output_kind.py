@@ -25,6 +25,8 @@ class OutputKind(NamedTuple):
     is_to_fill : bool
         Whether people write into it afterwards: then it is not listed in ``outputs``, and one that lies there
         is left as it is.
+    is_paper : bool
+        Whether it is handed on: its name then begins with part and serial, where the job has them.
     require : callable
         Raises ``FormatError`` where the extra that it needs is not installed.
     """
@@ -35,3 +37,8 @@ class OutputKind(NamedTuple):
     is_usual: bool = True
     require: Callable[[], None] = lambda: None
     is_to_fill: bool = False
+    is_paper: bool = False
+
+    def named(self, prefix: str) -> Mapping[str, str]:
+        """Return the files by their keys, with a prefix if they are papers."""
+        return {key: prefix * self.is_paper + name for key, name in self.files.items()}

@@ -50,9 +50,9 @@ def choices() -> tuple[str, ...]:
     return ("json", *_KINDS)
 
 
-def page_names() -> tuple[str, ...]:
-    """Return the names of all files that the kinds may write."""
-    return tuple(name for kind in _KINDS.values() for name in kind.files.values())
+def page_names(prefix: str = "") -> tuple[str, ...]:
+    """Return the names of all files that the kinds may write; those of papers begin with ``prefix``."""
+    return tuple(name for kind in _KINDS.values() for name in kind.named(prefix).values())
 
 
 for _place in registry.OUTPUT_KINDS:

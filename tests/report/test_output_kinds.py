@@ -79,3 +79,23 @@ def test_a_name_that_is_taken_is_refused() -> None:
         register(OutputKind("page", {"page": "report.html"}, lambda _: {}))
     with pytest.raises(ValueError, match="the output kind 'html' is there already"):
         register(OutputKind("html", {"page": "page.html"}, lambda _: {}))
+
+
+def test_papers_begin_with_part_and_serial_where_the_job_names_the_part(tmp_path: Path) -> None:
+    job = jobs.bundled_job(tmp_path)
+    text = job.read_text(encoding="utf-8")
+    job.write_text(f'[job]\npart = "V8 / race"\nserial = "001"\n{text}', encoding="utf-8")
+    out = tmp_path / "out"
+    assert jobs.run("balance", job, "-o", out, "--only", "pdf,certificate,html,reading") == 0
+    names = {path.name for path in out.iterdir()}
+    papers = {"V8_race-001-sheet.pdf", "V8_race-001-certificate.pdf"}
+    assert names == {*papers, "report.html", "reading.toml", "report.json", "balanced.stl"}
+    outputs = jobs.report_of(out)["outputs"]
+    assert {outputs[key]["file"] for key in ("pdf", "certificate")} == papers
+    assert jobs.run("verify", out / "report.json") == 0
+    assert jobs.run("sheet", out / "report.json", "-o", tmp_path / "again", "--only", "pdf") == 0
+    assert (tmp_path / "again" / "V8_race-001-sheet.pdf").is_file()
+    first = (out / "V8_race-001-sheet.pdf").read_bytes()
+    assert first.startswith(b"%PDF")
+    assert jobs.run("balance", job, "-o", out, "--only", "pdf", "--set", "job.serial=002") == 0
+    assert {path.name for path in out.glob("*.pdf")} == {"V8_race-002-sheet.pdf"}
