@@ -21,7 +21,7 @@ export function Targets() {
   const makersWords = typeof makers === "number" ? t("Keep the maker's {factor}", { factor: shown(makers, 3) }) : t("Keep the maker's");
   return html`<h2>${t("Balance factor")}</h2><${Seg} name="factor-of" label=${t("Balance factor")} options=${[["makers", makersWords], ["mine", t("Mine")]]} now=${isKept ? "makers" : "mine"} set=${choose}/>
     ${isKept && !isWas() ? html`<p class="note" role="alert">${t("Enter what the parts weighed before, in the column was.")}</p>` : ""}
-    <div class="fields" id="targets">${isKept ? html`<label>${t("Factor wanted")} <output id="factor-kept" data-testid="factor-kept">${shown(found?.balance_factor.target, 3)}</output></label>` : named("factor", "factor", `${t("Factor wanted")} [0–1]`)}${named("speed_rpm", "speed-rpm", `${t("Highest speed")} [1/min]`)}${named("grade", "grade", `${t("Grade G")} [mm/s]`)}</div>
+    <div class="fields" id="targets">${isKept ? html`<label>${t("Wanted factor")} <output id="factor-kept" data-testid="factor-kept">${shown(found?.balance_factor.target, 3)}</output></label>` : named("factor", "factor", `${t("Wanted factor")} [0–1]`)}${named("speed_rpm", "speed-rpm", `${t("Highest speed")} [1/min]`)}${named("grade", "grade", `${t("Grade G")} [mm/s]`)}</div>
     <datalist id="grades">${state.declared.grades.map(({ grade, machinery }) => html`<option value=${grade}>${machinery}</option>`)}</datalist>`;
 }
 

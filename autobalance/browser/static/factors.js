@@ -8,7 +8,7 @@ import { signal } from "/static/store.js";
 import { t } from "/static/words.js";
 
 const found = signal(null); // { id, job, rows } of the run that is shown
-const NAMES = { present: "today", "maker's": "the maker's", half: "half", least_peak: "least force", given: "wanted" };
+const NAMES = { present: "today", "maker's": "the maker's", half: "half", least_peak: "smallest force", given: "wanted" };
 const asked = () => { const { engine, original, balance, correction } = job(); return JSON.stringify([engine, original, balance?.grade, balance?.speed_rpm, correction]); };
 
 on("forgotten", () => { found.value = null; });
@@ -23,7 +23,7 @@ export function Factors() {
   const isGoing = running().some((told) => told.verb === "factor"), rows = found.value?.rows || [], isOld = found.value && found.value.of !== asked();
   const cost = ({ reach }) => (!reach ? "–" : reach.outcome === "above_tolerance" ? t("not reached") : reach.cuts ? `${reach.cuts} / ${shown(reach.metal_g, 1)} g` : t("nothing"));
   return html`<p class="buttons"><button type="button" class="small" id="compare-factors" data-testid="compare-factors" disabled=${isGoing} onClick=${compare}>${isGoing ? t("Comparing …") : t("Compare factors")}</button></p>
-    <table id="factors" data-testid="factors" hidden=${!rows.length} data-old=${String(Boolean(isOld))}><caption>${isOld ? t("Of an earlier job; compare again") : t("What each factor leaves and takes")}</caption>
+    <table id="factors" data-testid="factors" hidden=${!rows.length} data-old=${String(Boolean(isOld))}><caption>${isOld ? t("From an earlier job; compare again") : t("Force and cuts of each factor")}</caption>
       <thead><tr><th scope="col">${t("factor")}</th><th scope="col"></th><th scope="col">${t("force")} [N]</th><th scope="col">${t("cuts, metal")}</th><td></td></tr></thead>
       <tbody>${rows.map((row) => html`<tr data-name=${row.name}><td>${t(NAMES[row.name])}</td><td class="num" data-factor=${String(row.factor)}>${shown(row.factor, 3)}</td><td class="num" data-force=${String(row.greatest_N)}>${shown(row.greatest_N, 0)}</td><td class="num">${cost(row)}</td><td>${row.factor >= 0 && row.factor <= 1 ? html`<button type="button" class="small" aria-label=${t("Take {name}", { name: shown(row.factor, 3) })} onClick=${() => take(row)}>${t("Take")}</button>` : ""}</td></tr>`)}</tbody></table>`;
 }

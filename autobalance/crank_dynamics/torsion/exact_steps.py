@@ -1,8 +1,8 @@
 """Equal steps of a linear train under given torques, however stiff its shafts are.
 
 A step of M ẍ + C ẋ + K x = f is e^{A h} y + ∫ e^{A (h − s)} b(s) ds, y the angles and their rates. The
-torques are polynomials through the Gauss points of the step, and their integrals with the exponential are
-taken exactly: a sum of weights at the points would miss modes that swing many times in a step.
+torques are polynomials through the Gauss points of the step. Their integrals with the exponential are exact,
+because a sum of weights at the points would miss modes that swing many times in a step.
 """
 
 from __future__ import annotations
