@@ -17,6 +17,7 @@ from autobalance.verbs.result import Values, VerbResult
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from autobalance.balancing.measured import Crank
     from autobalance.job import Job
     from autobalance.runtime import Progress
     from autobalance.signals.analysis import Analysis, Question
@@ -344,16 +345,20 @@ def _sources(
     speed_rpm = None if turning is None else turning.mean_rpm
     crank = measure_crank(job.crankshaft, Stopwatch())
     moving = engine_sources(job, crank, speed_rpm, question.max_order) + known
-    return moving + (_torque_sources(job, speed_rpm) if "cycle" in job.raw else [])
+    return moving + (_torque_sources(job, crank, speed_rpm) if "cycle" in job.raw else [])
 
 
-def _torque_sources(job: Job, speed_rpm: float | None) -> list[Source]:
-    """Return the torque orders of a job's working cycle."""
-    from autobalance.engines.cycle.verb import cycle
+def _torque_sources(job: Job, crank: Crank, speed_rpm: float | None) -> list[Source]:
+    """Return the torque orders of a job's working cycle, and those of its drives' pull."""
+    from autobalance.balancing.engine_from_job import as_measured
+    from autobalance.engines.cycle.analysis import CycleAnalysis
+    from autobalance.engines.cycle.firing_from_job import firing_engine
     from autobalance.signals.order_sources import pull_sources
     from autobalance.signals.sources import torque_sources
 
-    analysis = cycle(job, speed_rpm).analysis
+    speed = job.balance.service_speed_rad_s if speed_rpm is None else speed_rpm * RAD_S_PER_RPM
+    firing = firing_engine(job, crank.anatomy, speed, lambda: as_measured(job, crank))
+    analysis = CycleAnalysis(firing, speed)
     rows = [(row.order, row.gas_n_m, row.inertia_n_m) for row in analysis.orders]
     return torque_sources(rows) + pull_sources(analysis)
 
