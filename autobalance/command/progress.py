@@ -49,7 +49,7 @@ def mode_of(arguments: argparse.Namespace) -> Mode:
 class ProgressLine:
     """A progress line on standard error; ``done`` takes it away.
 
-    Usual: one line on a terminal, nothing elsewhere. Verbose: a kept line for each step, anywhere.
+    Usual: one line on a terminal, and findings anywhere. Verbose: a kept line for each step, anywhere.
     """
 
     def __init__(
@@ -71,9 +71,11 @@ class ProgressLine:
         self._share = max(self._share, share_before(text, BALANCED_BEFORE) if share is None else share)
         if self._mode == "verbose":
             self._print(f"{spent:7.2f} s  {text}\n")
-        elif self._live and text.startswith(FINDINGS) and text not in self._said:
-            self._said.add(text)
-            self._print(f"\r\x1b[K{text}; looking for what would help\n")
+        elif self._mode == "usual" and text.startswith(FINDINGS):
+            if text not in self._said:
+                self._said.add(text)
+                clear = "\r\x1b[K" if self._live else ""
+                self._print(f"{clear}{text}; looking for what would help\n")
         elif self._live:
             full = round(BAR * self._share)
             bar = "#" * full + "-" * (BAR - full)

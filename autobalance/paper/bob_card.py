@@ -11,7 +11,6 @@ from autobalance.engines.forces.washers import stack
 from autobalance.paper.document import PAPERS_MM, Paper, prose, template, written
 from autobalance.paper.lettering import POINTS_PER_MM
 from autobalance.paper.machine_page import external_table, fit_g
-from autobalance.paper.pen import SOFT
 from autobalance.paper.tables import Column, table
 from autobalance.paper.title_block import MARGIN_MM, Sheet
 from autobalance.report.balance.zero import Zero
@@ -37,7 +36,7 @@ def bob_card(report: Report, paper: Paper = "A4", units: UnitSystem = "metric", 
     )
     story: list[Flowable] = [
         prose("Bob-weights", 15.0, bold=True, after=1.6),
-        prose(text, 8.0, SOFT),
+        prose(text, 8.0),
     ]
     for throws, bob in _equal_bobs(report):
         story += [Spacer(1.0, 3.0 * POINTS_PER_MM), _throws(report, throws, bob, u, wide - 2.0 * MARGIN_MM)]

@@ -83,7 +83,8 @@ def pdf(
     """
     wide, high = PAPERS_MM[paper]
     report = with_design_radii(report)
-    sheet = Sheet(report, ON_PAPER[units], date, wide, high)
+    name = "Above tolerance: what to do" if report["outcome"] == "above_tolerance" else "Shop sheet"
+    sheet = Sheet(report, ON_PAPER[units], date, wide, high, name)
     pages, scale, data = _built(sheet, paper, zero, drawings, ROOMS[0])
     if drawings is None or len(drawings.webs) < 2 or len(report["corrections"]) > MAX_CUTS_FOR_LESSER_SHARES:
         return data

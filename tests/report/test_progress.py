@@ -36,6 +36,20 @@ def test_a_file_or_pipe_and_quiet_show_nothing() -> None:
     assert told("quiet", Terminal()) == ""
 
 
+def test_that_counterweights_are_too_light_is_told_without_a_terminal_too() -> None:
+    stream = io.StringIO()
+    line = ProgressLine("usual", stream)
+    for _ in range(2):
+        line("the counterweights are too light by 45 g·m, 22.5 g·m at each end")
+        line("looking for limits that would suffice")
+    line.done()
+    words = "the counterweights are too light by 45 g·m, 22.5 g·m at each end; looking for what would help\n"
+    assert stream.getvalue() == words
+    quiet = io.StringIO()
+    ProgressLine("quiet", quiet)("the counterweights are too light by 45 g·m")
+    assert quiet.getvalue() == ""
+
+
 def test_verbose_keeps_a_line_for_each_step() -> None:
     assert told("verbose", io.StringIO()).count("\n") == 4
 

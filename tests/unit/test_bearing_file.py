@@ -303,7 +303,10 @@ BAD = {
         "oil": {**OIL, "viscosity_mm2_s": [[40, 0], [90, 20]]},
     },
     "oil.temperature_C is missing": {**OILED, "oil": without(OIL, "temperature_C")},
-    "oil.temperature_C is -270; viscosity_mm2_s has no value": {**OILED, "oil": {**OIL, "temperature_C": -270.0}},
+    "oil.temperature_C is -270; viscosity_mm2_s has no value": {
+        **OILED,
+        "oil": {**OIL, "temperature_C": -270.0},
+    },
     "oil.temperature_C and oil.supply_C are both": {**OILED, "oil": {**OIL, "supply_C": 80.0}},
     "oil.supply_C needs load_N": {
         **without(OILED, "load_N"),
