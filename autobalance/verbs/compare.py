@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
 from autobalance.balancing.run import Compared, compare_job
+from autobalance.correction import mixes
 from autobalance.job import JobSource
 from autobalance.runtime import Progress
 from autobalance.verbs.balance import with_crank
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from autobalance.report.records.compare import CompareReport
     from autobalance.verbs.crank import Crank
 
+READ_BEFORE = 0.1
+"""Share of a usual comparison that reading and measuring take."""
 GOOD_OUTCOMES = ("within_tolerance", "already_within_tolerance")
 
 
@@ -117,4 +120,14 @@ def compared(
         return CompareResult(CompareReport(comparison=report, warnings=some.warnings, **job_set(of)))
 
     with pressed_up_told(of):
-        return result(compare_job(of, telling(progress), measured, lambda some: done(result(some))))
+        notify = telling(progress, _done_before())
+        return result(compare_job(of, notify, measured, lambda some: done(result(some))))
+
+
+def _done_before() -> tuple[tuple[str, float], ...]:
+    """Return the share behind at the beginning of each kind and mix, longer names first: they begin alike."""
+    every = ["+".join(names) for names in mixes()]
+    shares = [
+        (f"trying {name}", READ_BEFORE + (1.0 - READ_BEFORE) * k / len(every)) for k, name in enumerate(every)
+    ]
+    return tuple(sorted(shares, key=lambda each: -len(each[0])))

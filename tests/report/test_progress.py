@@ -1,10 +1,12 @@
 import io
 import json
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
+import autobalance as ab
 from autobalance.command.progress import ProgressLine
 from tests import jobs
 
@@ -48,6 +50,18 @@ def test_that_counterweights_are_too_light_is_told_without_a_terminal_too() -> N
     quiet = io.StringIO()
     ProgressLine("quiet", quiet)("the counterweights are too light by 45 g·m")
     assert quiet.getvalue() == ""
+
+
+@pytest.mark.slow
+def test_compare_tells_each_kind_with_a_share_that_grows(tmp_path: Path) -> None:
+    told: list[tuple[str, float]] = []
+    ab.compare(jobs.bundled_job(tmp_path), progress=lambda words, share: told.append((words, share)))
+    kinds = [(words, share) for words, share in told if words.startswith("trying ")]
+    assert [words for words, _ in kinds[:2]] == ["trying shoulder", "trying turn"]
+    shares = [share for _, share in kinds]
+    assert shares[0] == 0.1
+    assert all(two > one for one, two in pairwise(shares))
+    assert shares[-1] < 1.0
 
 
 def test_verbose_keeps_a_line_for_each_step() -> None:
