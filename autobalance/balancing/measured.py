@@ -20,6 +20,7 @@ from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.crank.recognition.alignment import misalignment_warning, step_warnings
 from autobalance.crank.recognition.anatomy_warnings import anatomy_warnings
 from autobalance.crank.recognition.roundness import ovality_warning
+from autobalance.crank.recognition.views import digits_warning
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.uncertainty import Share, facets_beside_skin
@@ -162,7 +163,8 @@ class Crank:
         """
         misaligned = misalignment_warning(self.anatomy)
         oval = ovality_warning(self.anatomy, self.source.solid.mesh)
-        odd = (odd_size(self.source), misaligned, oval)
+        digits = None if self.source.exact is not None else digits_warning(self.source.solid.mesh)
+        odd = (odd_size(self.source), digits, misaligned, oval)
         read = () if self.calibration is None else self.calibration.contradictions
         texts = [
             *self.repairs,

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import autobalance as ab
 from autobalance.crank.anatomy import Anatomy, Overrides, Pin, PinHint
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import AutobalanceError
@@ -131,3 +132,25 @@ def test_coordinates_written_with_two_decimals_change_nothing(seed: int) -> None
     written = np.round(odd.source().solid.mesh.corners, 2)
     found = recognise(source_of(written, "mm").solid, Overrides(crankpin_in_file=None))
     assert faults(odd, found) == []
+
+
+@pytest.mark.parametrize("seed", [4, 10, 31])
+def test_coordinates_written_with_one_decimal_are_told(seed: int) -> None:
+    """Surfaces are off by 0.07 mm: journals were missing, or all was found without a word on the file."""
+    odd = odd_crank(seed).presented(odd_crank(seed).placement, "mm")
+    mesh = odd.source().solid.mesh
+    crank = ab.crank_from_mesh(np.round(mesh.vertices, 1), mesh.triangles, 7850.0)
+    found, true = crank.measured.anatomy, odd.truth()
+    assert len(found.main_journals) == len(true.main_journals)
+    assert len(found.throws) == len(true.throws)
+    pairs = [
+        *zip(found.main_journals, true.main_journals, strict=True),
+        *((own.crankpin, meant.crankpin) for own, meant in zip(found.throws, true.throws, strict=True)),
+    ]
+    for own, meant in pairs:
+        assert own.centre_mm == pytest.approx(meant.centre_mm, abs=0.1)
+        assert own.diameter_mm == pytest.approx(meant.diameter_mm, abs=0.1)
+        assert own.width_mm == pytest.approx(meant.width_mm, abs=0.2)
+    assert any("multiple of 0.1 mm: the file was rounded" in text for text in crank.warnings)
+    written = ab.crank_from_mesh(np.round(mesh.vertices, 2), mesh.triangles, 7850.0)
+    assert not any("multiple of" in text for text in written.warnings)

@@ -12,8 +12,10 @@ from autobalance.crank.recognition.section_stack import SectionStack, lengthwise
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 
-WRITTEN_STEPS_MM = (0.0254, 0.01, 0.00254, 0.001, 0.000254)
-"""Steps of coordinates written with two or three decimals in mm, or three to five in inch."""
+WRITTEN_STEPS_MM = (0.1, 0.0254, 0.01, 0.00254, 0.001, 0.000254)
+"""Steps of coordinates written with one to three decimals in mm, or three to five in inch."""
+COARSE_STEP_MM = 0.1
+"""A file with such a step has journals that are off by more than a scan's."""
 FIRST_LOOKED_AT = 500
 """Most files are seen to have no such step by so many vertices."""
 
@@ -23,13 +25,35 @@ def rounding_of(mesh: Mesh) -> float:
 
     That is single precision's, or half a step of the last decimal in two directions across an axis.
     """
-    single = ROUNDING * float(np.abs(mesh.bounds).max())
+    return max(_single_mm(mesh), math.sqrt(0.5) * _written_step_mm(mesh))
+
+
+def digits_warning(mesh: Mesh) -> str | None:
+    """Return a warning of a mesh whose coordinates have one decimal; None with more."""
+    step = _written_step_mm(mesh)
+    if step < COARSE_STEP_MM:
+        return None
+    return (
+        f"every coordinate is a multiple of {step:g} mm: the file was rounded. Diameters and places are known"
+        f" to {math.sqrt(0.5) * step:.2g} mm, ends of journals at fillets and faces of webs to a millimetre"
+        " or two. Export the crank with three decimals"
+    )
+
+
+def _single_mm(mesh: Mesh) -> float:
+    """Return the rounding of single precision at a mesh's far end [mm]."""
+    return ROUNDING * float(np.abs(mesh.bounds).max())
+
+
+def _written_step_mm(mesh: Mesh) -> float:
+    """Return the step of all coordinates, of those that writers leave; 0 without one."""
+    single = _single_mm(mesh)
     for step in WRITTEN_STEPS_MM:
         if step > 4.0 * single and all(
             _is_written_in(some, step, single) for some in (mesh.vertices[:FIRST_LOOKED_AT], mesh.vertices)
         ):
-            return max(single, math.sqrt(0.5) * step)
-    return single
+            return step
+    return 0.0
 
 
 def _is_written_in(vertices: Array, step_mm: float, slack_mm: float) -> bool:
