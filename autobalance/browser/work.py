@@ -122,7 +122,7 @@ def _read(table: Asked, place: Place, notify: Progress) -> Crank:
     """Read and measure the crank of a job; its solid is there to be looked at before it is recognised."""
     from autobalance.balancing.measured_crank import read_crank, recognise_and_measure
     from autobalance.browser.meshes import bare_mesh
-    from autobalance.errors import RecognitionError
+    from autobalance.errors import BodiesError, RecognitionError
     from autobalance.job.read_crankshaft import read_crankshaft
     from autobalance.toml_files.typed_units import in_base_units
     from autobalance.verbs.crank import Crank
@@ -131,7 +131,12 @@ def _read(table: Asked, place: Place, notify: Progress) -> Crank:
     if "crankpin_in_file" not in table:
         crankshaft = replace(crankshaft, overrides=replace(crankshaft.overrides, crankpin_in_file=None))
 
-    source = read_crank(crankshaft)
+    try:
+        source = read_crank(crankshaft)
+    except BodiesError:  # for a user to say which of them is the crank
+        united = read_crank(replace(crankshaft, body="all"))
+        place.keep(MESH, bare_mesh(united.solid.mesh, ()))
+        raise
     mesh = source.solid.mesh
     place.keep(MESH, bare_mesh(mesh, ()))
     notify("recognising", SOLID_READ_SHARE)
@@ -182,6 +187,7 @@ def _written(result: BalanceResult, place: Place, notify: Progress) -> int:
     """Write the command's files, and the page's view of them."""
     from autobalance.browser.meshes import result_view
     from autobalance.browser.prediction import linear_model
+    from autobalance.report.balance.datums import with_design_radii
     from autobalance.report.bundle import bundle
 
     result.write(place.results, progress=notify)
@@ -191,7 +197,9 @@ def _written(result: BalanceResult, place: Place, notify: Progress) -> int:
     for name, data in papers.items():
         place.keep(name, data)
     place.keep(WEBS, _webs(material))
-    model = {**linear_model(result), "papers": list(papers)}
+    drawn = with_design_radii(material.report)["corrections"]  # the radii that the papers have
+    radii = [each.get("entry_radius_mm", each["radius_mm"]) for each in drawn]
+    model = {**linear_model(result), "papers": list(papers), "radii_mm": radii}
     place.keep(MODEL, json.dumps(model, allow_nan=False).encode())
     place.keep(VIEW, result_view(result))
     return result.exit_code
@@ -224,8 +232,9 @@ def _webs(material: Material) -> bytes:
     from dataclasses import asdict
 
     from autobalance.paper.svg_pen import web_drawings
+    from autobalance.report.balance.datums import with_design_radii
 
-    report = material.report
+    report = with_design_radii(material.report)
     drawn = web_drawings(report, material.drawings, material.choice.units) if report["corrections"] else []
     return json.dumps([asdict(each) for each in drawn]).encode()
 

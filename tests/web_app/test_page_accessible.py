@@ -23,7 +23,7 @@ def test_axe_finds_nothing_serious_on_any_tab(page: Browser, size: tuple[int, in
     page.resize(*size)
     page.run(files("axe_core_python").joinpath("axe.min.js").read_text(encoding="utf-8"))
     wrong: dict[str, Any] = {}
-    for tab in ("open", "parts", "correct", "see", "analyse", "machine"):
+    for tab in ("open", "parts", "correct", "see", "analyse", "machine", "history"):
         page.click_on(at(f"tab-{tab}"))
         page.run("for (const each of document.querySelectorAll('details')) each.open = true;" + RUN)
         until(page, "return window.axe_found !== null")

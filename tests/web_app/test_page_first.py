@@ -2,6 +2,10 @@
 
 from pathlib import Path
 
+import numpy as np
+
+from tests import jobs
+from tests.cranks import Shape, make_crank
 from tests.report.browser import Browser
 from tests.web_app import small
 from tests.web_app.page import BROWSER, READY, at, chosen, load, nothing_wrong, put, text_of, until
@@ -21,6 +25,12 @@ def test_the_first_view_has_three_ways_in_and_a_unit_is_asked_for(
     page = load(window, app)
     with nothing_wrong(page, app):
         assert page.run(SEEN) == [1, 0, 3, 0]
+        turns = "return getComputedStyle(document.querySelector('.first .turning')).animationName"
+        assert page.run(turns) == "turn"
+        picture = tmp_path / "picture.stl"
+        picture.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(200))
+        chosen(page, picture)
+        until(page, "return document.getElementById('error').textContent.includes('PNG picture')")
         crank = small.crank(tmp_path)
         chosen(page, crank)
         until(page, READY)
@@ -45,3 +55,45 @@ def test_the_first_view_has_three_ways_in_and_a_unit_is_asked_for(
         assert "unit" not in app.ask("/api/project").json["job"]["crankshaft"]
         page.click_on(at("unit-yes"))
         until(page, f"{ASKED} === 'false'")
+
+
+def test_a_stroke_that_is_known_says_the_unit(window: Browser, app: Served, tmp_path: Path) -> None:
+    page = load(window, app)
+    with nothing_wrong(page, app):
+        chosen(page, small.crank(tmp_path))
+        until(page, READY)
+        until(page, f"{ASKED} === 'true'")
+        runs = app.ask("/api/runs").json["runs"]
+        report = app.ask(f"/api/runs/{runs[-1]['id']}/report").json
+        stroke = 2.0 * report["crank"]["throws"][0]["crank_radius_mm"]
+        put(page, stroke="79")
+        page.click_on(at("by-stroke"))
+        assert f"{stroke:.3f}" in page.run("return document.getElementById('stroke-note').textContent")
+        assert page.run(ASKED) == "true"
+        put(page, stroke=f"{25.4 * stroke:.2f}")
+        page.click_on(at("by-stroke"))
+        until(page, f"{ASKED} === 'false'")
+        until(page, "return document.getElementById('job-text').textContent.includes('unit = \"inch\"')")
+
+
+def test_of_two_bodies_the_solid_is_shown_and_the_question_has_three_answers(
+    window: Browser, app: Served, tmp_path: Path
+) -> None:
+    solid, _ = make_crank([0.0], Shape(segments=24))
+    corners, path = solid.mesh.corners, tmp_path / "two.stl"
+    jobs.write_stl(path, np.concatenate([corners, corners + np.array([300.0, 0.0, 0.0])]))
+    page = load(window, app)
+    with nothing_wrong(page, app):
+        chosen(page, path)
+        until(page, "return document.querySelector('[data-testid=bodies]')")
+        answers = (
+            "return [...document.querySelectorAll('[data-testid=bodies] button')].map(b => b.dataset.body)"
+        )
+        assert page.run(answers) == ["1", "2", "all"]
+        assert page.run("return Number(document.getElementById('model').dataset.triangles)") == 2 * len(
+            corners
+        )
+        page.click_on("[data-testid=bodies] button")
+        until(page, "return document.querySelectorAll('[role=treeitem][data-kind=throw]').length === 1")
+        assert app.ask("/api/project").json["job"]["crankshaft"]["body"] == 1
+        assert page.run("return document.querySelector('[data-testid=bodies]')") is None

@@ -9,7 +9,7 @@ from tests.web_app.page import BROWSER, at, put, text_of, until
 from tests.web_app.serving import Served
 
 pytestmark = BROWSER
-STEPS = ("open", "parts", "correct", "see", "machine", "analyse")
+STEPS = ("open", "parts", "correct", "see", "machine", "analyse", "history")
 SEEN = "[...document.querySelectorAll(arguments[0])].filter(each => each.getClientRects().length)"
 CUT_OFF = """
 const seen = (what) => [...document.querySelectorAll(what)].filter(each => each.getClientRects().length);

@@ -138,7 +138,7 @@ def test_a_v8_is_built_on_a_phone_from_nothing(window: Browser, app: Served) -> 
             story(page, app)
             page.click_on(at("tab-see"))
             page.click_on(at("turn-to"))  # a cut in the list
-            for tab in ("open", "parts", "correct", "see", "analyse", "machine"):
+            for tab in ("open", "parts", "correct", "see", "analyse", "machine", "history"):
                 page.click_on(at(f"tab-{tab}"))
                 wide = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
                 assert page.run(f"return {wide}") <= 0, tab

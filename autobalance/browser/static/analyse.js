@@ -1,19 +1,23 @@
 // Analyses of the job: forces, the cycle, shafts and the like; each with the keys that it reads, its words, plots and files.
 import { html } from "/static/preact.min.js";
 import { $ } from "/static/tools.js";
-import { askText, guarded } from "/static/server.js";
-import { answered, at, changed, job, keep, state } from "/static/job.js";
+import { askJson, askText, behind, guarded } from "/static/server.js";
+import { answered, at, changed, job, keep, on, state } from "/static/job.js";
 import { JobField, Rows } from "/static/fields.js";
 import { OwnFile, Options, fileOf, optionsOf } from "/static/analysis-file.js";
-import { cancel, running, start, watched } from "/static/runs.js";
+import { cancel, last, list, runOf, running, start, watched } from "/static/runs.js";
 import { mount, signal } from "/static/store.js";
+import { labelOf } from "/static/verdict.js";
 import { t } from "/static/words.js";
 
 const chosen = signal("");
 const done = signal([]); // { verb, id, files, words } of each that is done, the latest first
 const open = new Set();
 
-export const setUp = () => mount(Analyse, $("panel-analyse"));
+export function setUp() {
+  mount(Analyse, $("panel-analyse"));
+  on("saved", behind(async () => { if (done.value.length) list((await askJson("/api/runs")).runs); })); // a number may be an earlier job's now
+}
 export const known = (verb) => state.analyses.some((each) => each.verb === verb);
 
 export const run = guarded(async () => {
@@ -43,6 +47,25 @@ const WHAT = { job: "Results for the job's engine, before any cut.", both: "Star
 function Analyse() {
   const now = state.analyses.find((each) => each.verb === verb());
   if (!now) return "";
+  return html`<${Asked}/>${one(now)}`;
+}
+
+// What each analysis answers, and its number: of an earlier job it is grey.
+const QUESTIONS = { factor: "Which balance factor?", forces: "How hard does it shake?", cycle: "Loads and torque over a cycle", strength: "Will it break?", shafts: "Balance shafts", parts: "What do the parts weigh?", torsion: "Torsional vibration", study: "How many of 1000 pass?", design: "Lighter counterweights", rotor: "Critical speeds", bearing: "Oil film of a bearing", bench: "Test bench", orders: "Orders in a recorded signal" };
+function Asked() {
+  return html`<div class="asked" data-testid="questions" role="group" aria-label=${t("Analyses")}>${state.analyses.map((each) => html`<${Question} key=${each.verb} ...${each}/>`)}</div>`;
+}
+function Question({ verb: name, reads }) {
+  const found = done.value.find((each) => each.verb === name), going = running().find((each) => each.verb === name), failed = found ? null : last(name), isOld = Boolean(found && runOf(found.id)?.job_changed);
+  const needs = failed?.state === "failed" ? t("needs: {what}", { what: missingOf(failed.error || "") }) : t("not run");
+  return html`<button type="button" class=${`kind${verb() === name ? " chosen" : ""}`} aria-pressed=${String(verb() === name)} data-testid=${`question-${name}`} data-is=${going ? "running" : found ? (isOld ? "old" : "done") : failed?.state === "failed" ? "needs" : "new"} onClick=${() => { chosen.value = name; setTimeout(() => $("analysis").scrollIntoView({ block: "start" })); }}><b>${t(QUESTIONS[name] || name)}</b><span class="says">${going ? `${Math.round(100 * going.share)} %` : found ? `${isOld ? `${t("earlier job")}: ` : ""}${numberOf(found.words)}` : needs}</span><small>${name}${reads === "file" ? ` · ${t("own file")}` : ""}</small></button>`;
+}
+// What a run that failed lacks: the label of its key.
+const missingOf = (error) => { const key = error.match(/^[^:]+: ([a-z_]+(?:\.[A-Za-z_]+)+) is missing/)?.[1]; return key ? labelOf(key) : error.replace(/^job\.toml: /, ""); };
+// The first line of an answer that has a number.
+const numberOf = (words) => words.split("\n").map((line) => line.trim().replace(/\s{2,}/g, " ")).filter((line, k) => k > 0 && /\d/.test(line))[0] || t("done");
+
+function one(now) {
   const groups = Object.entries(READS).map(([reads, words]) => html`<optgroup label=${t(words)}>${state.analyses.filter((each) => each.reads === reads).map((each) => html`<option>${each.verb}</option>`)}</optgroup>`);
   return html`<div class="fields wide"><label>${t("Analysis")} <select id="analysis" data-testid="analysis" aria-describedby="analysis-says" value=${verb()} onInput=${({ target }) => { chosen.value = target.value; }}>${groups}</select></label></div>
     <p class="quiet" id="analysis-says">${t(now.says)}. ${t(WHAT[now.reads])}</p>

@@ -1,6 +1,6 @@
 // The page: what the user knows goes into a job, the server's functions do the work, their numbers are shown.
 import { $ } from "/static/tools.js";
-import { askJson, behind, guarded, knows } from "/static/server.js";
+import { askJson, behind, guarded, knows, say } from "/static/server.js";
 import { CRANKS, brought, emit, on, state } from "/static/job.js";
 import { ending } from "/static/tools.js";
 import * as analyse from "/static/analyse.js";
@@ -57,7 +57,7 @@ function select(tab) {
   view.draw();
 }
 tabs.forEach((tab, place) => {
-  tab.addEventListener("click", () => select(tab));
+  tab.addEventListener("click", () => { say(""); select(tab); }); // an error goes with what it was about
   tab.addEventListener("keydown", (event) => {
     const to = { ArrowRight: place + 1, ArrowLeft: place - 1, Home: 0, End: tabs.length - 1 }[event.key];
     if (to === undefined) return;

@@ -76,9 +76,9 @@ export function heavy(place) {
 export function Heavy({ place }) {
   const vector = heavy(place), planes = state.result?.report.tolerance.planes || [];
   const permitted = planes.length < 2 || read.planes === "1" ? state.result?.report.tolerance.permissible_g_mm : planes[place - 1].permissible_g_mm;
-  const words = `${t("Plane")} ${read[`at-${place}`] || place}`;
-  const rows = [[t("read"), vector ? html`<strong>${shown(vector.magnitude_g_mm, 2, "g·mm")}</strong>` : "–"], [t("heavy at"), vector ? html`${angleText((Math.atan2(vector.unbalance_g_mm[1], vector.unbalance_g_mm[0]) * 180) / Math.PI)}<small class="ref"> ${sign()}</small>` : "–"], [t("permitted"), withUnit(permitted, 2, "g·mm")]];
-  return html`<${Polar} testid=${`read-polar-${place}`} within=${vector ? String(vector.magnitude_g_mm <= permitted) : ""} title=${words} vectors=${[vector || { magnitude_g_mm: null, unbalance_g_mm: [0, 0], name: "read" }]} permitted=${permitted} rows=${rows}/>`;
+  const words = `${t("Plane")} ${read[`at-${place}`] || place}`, left = state.result?.report.residual, expected = planes.length < 2 || read.planes === "1" ? left : left?.planes[place - 1];
+  const rows = [[t("read"), vector ? html`<strong>${shown(vector.magnitude_g_mm, 2, "g·mm")}</strong>` : "–"], [t("heavy at"), vector ? html`${angleText((Math.atan2(vector.unbalance_g_mm[1], vector.unbalance_g_mm[0]) * 180) / Math.PI)}<small class="ref"> ${sign()}</small>` : "–"], ...(expected ? [[t("expected"), `${shown(expected.magnitude_g_mm, 2, "g·mm")}${typeof expected.uncertainty_g_mm === "number" ? ` ± ${shown(expected.uncertainty_g_mm, 2, "g·mm")}` : ""}`]] : []), [t("permitted"), withUnit(permitted, 2, "g·mm")]];
+  return html`<${Polar} expected=${expected} testid=${`read-polar-${place}`} within=${vector ? String(vector.magnitude_g_mm <= permitted) : ""} title=${words} vectors=${[vector || { magnitude_g_mm: null, unbalance_g_mm: [0, 0], name: "read" }]} permitted=${permitted} rows=${rows}/>`;
 }
 
 function body() {

@@ -49,6 +49,7 @@ const opens = guarded(async () => {
     if (mine !== opening) return;
     opening++;
     view.clear();
+    bodies.value = 0;
     state.inspected = null;
     say(error.message);
     if (error.run) await unrecognised(error);
@@ -84,6 +85,7 @@ export async function show(id, fresh = false) {
   if (fresh && model?.crankpin_in_file === false && at("crankshaft.crankpin_in_file") === undefined) keep("crankshaft.crankpin_in_file", false);
   if (mesh) view.showCrank(mesh);
   state.inspected = { id, report };
+  bodies.value = 0;
   chosen.value = { row: "", part: 0 };
   doubts.value = reasons(report);
   if (fresh && report.crank.main_journals.length < 2 && !at("balance.tolerance_planes_mm")) keep("balance.judge", "static");
@@ -91,10 +93,20 @@ export async function show(id, fresh = false) {
   if (fresh) changed();
 }
 
+// A file of several bodies: which of them is the crank is a question, its solid is shown meanwhile.
+const bodies = signal(0), MOST_BODIES = 6;
+function Bodies() {
+  if (!bodies.value) return "";
+  const take = (body) => () => { bodies.value = 0; keep("crankshaft.body", body); changed(); say(""); open(); };
+  const each = Array.from({ length: Math.min(bodies.value, MOST_BODIES) }, (_, k) => k + 1);
+  return html`<div class="tell" data-tone="warn" data-testid="bodies"><h3>${t("The file holds {count} bodies. Which is the crank?", { count: bodies.value })}</h3><p class="buttons">${each.map((number) => html`<button type="button" data-body=${String(number)} onClick=${take(number)}>${t("Body {number}", { number })}</button>`)}<button type="button" data-body="all" onClick=${take("all")}>${t("All of them together")}</button></p></div>`;
+}
+
 // No crank was recognised: its solid and the cylinders in it, to say what is what.
 async function unrecognised(error) {
   const mesh = await askBuffer(`/api/runs/${error.run}/mesh`);
   if (!mesh) return;
+  bodies.value = Number(error.message.match(/holds (\d+) bodies/)?.[1] || 0);
   view.showCrank(mesh);
   doubts.value = [error.message, ...(view.parts.length ? [t("pick a cylinder in the model or in the list below, and say what it is")] : [])];
 }
@@ -161,7 +173,7 @@ const PINS = { "": "find out", true: "yes", false: "no, pressed up" };
 function Open() {
   if (!state.file && !coming.value) return html`<${First}/>`;
   const pin = at("crankshaft.crankpin_in_file"), setPin = ({ target }) => { keep("crankshaft.crankpin_in_file", target.value === "" ? undefined : target.value === "true"); changed(); };
-  return html`<h2>${state.file || coming.value}</h2><${Unit}/><ul id="doubts" aria-label=${t("Warnings")} aria-live="polite">${doubts.value.map((each) => html`<li>${each}</li>`)}</ul><${Cylinder}/>
+  return html`<h2>${state.file || coming.value}</h2><${Unit}/><${Bodies}/><ul id="doubts" aria-label=${t("Warnings")} aria-live="polite">${doubts.value.map((each) => html`<li>${each}</li>`)}</ul><${Cylinder}/>
     <h3>${t("Recognised features")}</h3><${Tree} report=${state.inspected?.report} row=${chosen.value.row} choose=${choose}/><${Cylinders}/>
     <div class="fields"><${JobField} id="density" testid="density" table="crankshaft" label=${t("Density [kg/m³]")} field=${{ ...DENSITY, default: String(assumed.density_kg_m3) }} help=${false}/>
       <label>${t("Crankpin in the file")} <select data-testid="crankpin-in-file" id="crankpin-in-file" value=${pin === undefined ? "" : String(pin)} onInput=${setPin}>${Object.entries(PINS).map(([value, words]) => html`<option value=${value}>${t(words)}</option>`)}</select></label></div>

@@ -10,13 +10,23 @@ const MIDDLE = 100;
 const MARKS = [[90, 14, 105], [180, MIDDLE, 192], [270, 186, 105]];
 
 // One polar with its numbers; a vector is { unbalance_g_mm, magnitude_g_mm, uncertainty_g_mm, name }, its magnitude null where nothing is known yet.
-export function Polar({ title, vectors, permitted, rows, testid, within }) {
+export function Polar({ title, vectors, permitted, rows, testid, within, expected }) {
   const known = vectors.filter((each) => each.magnitude_g_mm !== null), says = known.map((each) => `${t(each.name)} ${withUnit(each.magnitude_g_mm, 2, "g·mm")}`).join(", ") || t("not read yet");
   return html`<figure class="polar" data-testid=${testid} data-within=${within}><svg viewBox="0 0 200 200" role="img" aria-label=${`${title}: ${says}; ${t("permitted")} ${withUnit(permitted, 2, "g·mm")}`}>
     <circle class="p-ring" cx=${MIDDLE} cy=${MIDDLE} r=${RIM}/><path class="p-axis" d=${`M${MIDDLE} ${MIDDLE - RIM}v${2 * RIM}M${MIDDLE - RIM} ${MIDDLE}h${2 * RIM}`}/><circle class="p-ok permitted" cx=${MIDDLE} cy=${MIDDLE} r=${PERMITTED}/>
     <text class="p-lab p-zero" x=${MIDDLE} y="22" text-anchor="middle">0° ${sign().slice(0, -1)}</text>${MARKS.map(([degrees, x, y]) => html`<text class="p-lab" x=${x} y=${y} text-anchor="middle">${degrees}</text>`)}
-    ${known.map((each) => html`<${Arrow} ...${each} per=${PERMITTED / permitted}/>`)}</svg>
+    ${expected ? html`<${Expected} from=${expected} to=${known[0]} per=${PERMITTED / permitted}/>` : ""}${known.map((each) => html`<${Arrow} ...${each} per=${PERMITTED / permitted}/>`)}</svg>
     <figcaption>${title}</figcaption><dl>${rows.map(([name, value]) => html`<dt>${name}</dt><dd>${value}</dd>`)}</dl></figure>`;
+}
+
+// What was expected: a ring, and the path from it to what is read.
+function Expected({ from, to, per }) {
+  const turn = (zeroDeg() * Math.PI) / 180, place = ({ unbalance_g_mm: [x, y] }) => {
+    const angle = Math.atan2(y, x) - turn, length = Math.min(per * Math.hypot(x, y), RIM);
+    return [MIDDLE - length * Math.sin(angle), MIDDLE - length * Math.cos(angle)].map((each) => each.toFixed(2));
+  };
+  const [x, y] = place(from);
+  return html`<g class="expected" data-expected=${JSON.stringify(from.unbalance_g_mm)}>${to ? html`<path class="p-path" d=${`M${x} ${y}L${place(to).join(" ")}`}/>` : ""}<circle class="p-expected" cx=${x} cy=${y} r="4"/></g>`;
 }
 
 // What does not fit ends at the rim, with a break mark across it.

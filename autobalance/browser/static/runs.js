@@ -76,6 +76,9 @@ const all = signal(false);
 const FEW = 5;
 // The run that cuts, or plans cuts, while it goes.
 export const cutting = () => listed.value.find((each) => ["balance", "recut"].includes(each.verb) && !ENDED.includes(each.state)) || null;
+// The last run of a verb, and a run by its id, as the server told of them last; null where there is none.
+export const last = (verb) => listed.value.find((each) => each.verb === verb) || null;
+export const runOf = (id) => listed.value.find((each) => each.id === id) || null;
 // Those that wait or run, as components show them.
 export const running = () => listed.value.filter((each) => !ENDED.includes(each.state));
 

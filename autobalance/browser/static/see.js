@@ -61,7 +61,7 @@ export async function show(told) {
   if (mine !== showing || !isOfThis(told)) return;
   clear("");
   const [left] = await Promise.all([drag.show(told), model(told.id)]);
-  state.result = { id: told.id, report, told, papers: left?.papers || [] };
+  state.result = { id: told.id, report, told, papers: left?.papers || [], radii: left?.radii_mm || [] };
   drag.grips();
   if (report.corrections.length) view.turnTo(middle(report.corrections.map(outOf)), [0.15, 0.45, 0.7]);
   emit("result", state.result);
