@@ -104,6 +104,10 @@ def bars(title: str, y_label: str, orders: Sequence[float], groups: Mapping[str,
     return named_bars(title, labels, [f"{order:g}" for order in orders], groups)
 
 
+MOST_LETTERS = 70
+"""Letters and gaps of names that stand beside each other below the bars; more are turned."""
+
+
 def named_bars(
     title: str,
     labels: tuple[str, str],
@@ -128,7 +132,8 @@ def named_bars(
                 axes.errorbar(*ends, fmt="none", color="black", capsize=6.0, label=f"±, {name}")
         if len(groups) > 1:
             axes.margins(y=0.2)  # room for the legend above the bars
-        axes.set_xticks(range(len(places)), list(places))
+        crowded = sum(len(place) + 1 for place in places) > MOST_LETTERS
+        axes.set_xticks(range(len(places)), list(places), rotation=30.0 if crowded else 0.0)
         axes.set_xlabel(labels[0])
 
     return drawn(title, labels[1], draw)
