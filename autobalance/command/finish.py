@@ -61,13 +61,16 @@ def finish(
         if getattr(arguments, "output", None) is not None and not result.caller_names_files:
             notes = remove_stale(staging, Path(arguments.output) / result.report_name, result.report)
         staging.commit()
-    for text in (*result.warnings, *notes):
-        warn(text)
+    warnings = (*result.warnings, *notes)
     if getattr(arguments, "json", None) == "-":
+        for text in warnings:
+            warn(text)
         say_as_it_is(result.json(Path()).removesuffix("\n"))
     else:
         written = [path for path, _ in to_write]
-        say_result(_text(arguments, result), written, (), page and page[0], getattr(arguments, "open", False))
+        say_result(
+            _text(arguments, result), written, warnings, page and page[0], getattr(arguments, "open", False)
+        )
     return result.exit_code
 
 
