@@ -147,7 +147,7 @@ def test_xaml_has_no_unit(tmp_path: Path) -> None:
         ("none.dae", dae(BOX.corners, unit='<unit meter="0"/>'), FormatError, "unit of 0 m"),
         ("gone.dae", dae(BOX.corners).replace(b'url="#g"', b'url="#h"'), FormatError, "cannot be read"),
         ("nan.dae", dae(np.full((1, 3, 3), np.nan)), FormatError, "not finite"),
-        ("twins.3dxml", threedxml(BOX, 2, "AA"), FormatError, "lists 2 meshes, of which 1"),
+        ("twins.3dxml", threedxml(BOX, 2, "AA"), FormatError, "lists 2 meshes, but only 1 were read"),
         ("cgr.3dxml", threedxml(BOX, form="CGR"), FormatError, "cannot be read whole: .*CGR"),
         ("text.3dxml", b"PKtext", FormatError, "not a zip archive"),
     ],
