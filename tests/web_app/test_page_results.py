@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import autobalance as ab
+from autobalance.report.balance.datums import with_design_radii
 from tests.report.browser import Browser
 from tests.web_app import small
 from tests.web_app.page import BROWSER, at, job_text, latest, load, numbers, predicted, put, until
@@ -187,7 +188,7 @@ def test_a_handle_is_worked_by_keys_and_by_its_slider(page: Browser, cuts: list[
 
 
 def test_the_list_of_cuts_says_where_and_turns_the_view_to_each(page: Browser, project: Served) -> None:
-    made = latest(project, "balance")["report"]["corrections"]
+    made = with_design_radii(latest(project, "balance")["report"])["corrections"]
     where = (
         "const row = document.querySelectorAll('#cuts tr.turns')[arguments[0]];"
         "row.cells[0].firstChild.click();"
@@ -202,7 +203,7 @@ def test_the_list_of_cuts_says_where_and_turns_the_view_to_each(page: Browser, p
         where_it_is = f"Hole⌀{cut['diameter_mm']:.2f}, z {cut['z_mm']:.2f}"
         assert cells[1] == where_it_is.replace("-", "\u2212")
         assert cells[2] == f"{cut['angle_deg']:.1f}° P1↺"
-        assert float(cells[3]) == pytest.approx(cut["entry_radius_mm"], abs=0.1)  # the rim's
+        assert float(cells[3]) == pytest.approx(cut["entry_radius_mm"], abs=0.00501)
         assert cells[4].startswith(f"{cut['depth_mm']:.3f}")
         assert -sum(a * b for a, b in zip(away, cut["inward"], strict=True)) > 0.8
         assert selected == "true"

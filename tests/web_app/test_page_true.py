@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from autobalance.report.balance.datums import with_design_radii
 from tests.report.browser import Browser
 from tests.web_app import small
 from tests.web_app.page import (
@@ -199,8 +200,8 @@ def test_a_hole_has_one_angle_and_its_entry_radius(page: Browser, project: Serve
         ".map(row => [...row.cells].map(each => each.textContent))"
     )
     listed = project.ask(f"/api/runs/{latest(project, 'balance')['id']}/papers/holes.csv").body.decode()
-    for cut, row in zip(report["corrections"], rows, strict=True):
+    for cut, row in zip(with_design_radii(report)["corrections"], rows, strict=True):
         assert row[2] == f"{(cut['angle_deg'] - zero) % 360:.1f}° P1↺"
-        assert float(row[3]) == pytest.approx(cut["entry_radius_mm"], abs=0.1)  # the rim's, as on paper
+        assert float(row[3]) == pytest.approx(cut["entry_radius_mm"], abs=0.00501)
         assert f"{float(row[3]):.2f}" in listed
     assert "crankpin 1" in text_of(page, "zero")
