@@ -56,9 +56,9 @@ function Asked() {
   return html`<div class="asked" data-testid="questions" role="group" aria-label=${t("Analyses")}>${state.analyses.map((each) => html`<${Question} key=${each.verb} ...${each}/>`)}</div>`;
 }
 function Question({ verb: name, reads }) {
-  const found = done.value.find((each) => each.verb === name), going = running().find((each) => each.verb === name), failed = found ? null : last(name), isOld = Boolean(found && runOf(found.id)?.job_changed);
-  const needs = failed?.state === "failed" ? t("needs: {what}", { what: missingOf(failed.error || "") }) : t("not run");
-  return html`<button type="button" class=${`kind${verb() === name ? " chosen" : ""}`} aria-pressed=${String(verb() === name)} data-testid=${`question-${name}`} data-is=${going ? "running" : found ? (isOld ? "old" : "done") : failed?.state === "failed" ? "needs" : "new"} onClick=${() => { chosen.value = name; setTimeout(() => $("analysis").scrollIntoView({ block: "start" })); }}><b>${t(QUESTIONS[name] || name)}</b><span class="says">${going ? `${Math.round(100 * going.share)} %` : found ? `${isOld ? `${t("earlier job")}: ` : ""}${numberOf(found.words)}` : needs}</span><small>${name}${reads === "file" ? ` · ${t("own file")}` : ""}</small></button>`;
+  const failed = last(name)?.state === "failed" ? last(name) : null, found = failed ? null : done.value.find((each) => each.verb === name), going = running().find((each) => each.verb === name), isOld = Boolean(found && runOf(found.id)?.job_changed);
+  const needs = failed ? t("needs: {what}", { what: missingOf(failed.error || "") }) : t("not run");
+  return html`<button type="button" class=${`kind${verb() === name ? " chosen" : ""}`} aria-pressed=${String(verb() === name)} data-testid=${`question-${name}`} data-is=${going ? "running" : found ? (isOld ? "old" : "done") : failed ? "needs" : "new"} onClick=${() => { chosen.value = name; setTimeout(() => $("analysis").scrollIntoView({ block: "start" })); }}><b>${t(QUESTIONS[name] || name)}</b><span class="says">${going ? `${Math.round(100 * going.share)} %` : found ? `${isOld ? `${t("earlier job")}: ` : ""}${numberOf(found.words)}` : needs}</span><small>${name}${reads === "file" ? ` · ${t("own file")}` : ""}</small></button>`;
 }
 // What a run that failed lacks: the label of its key.
 const missingOf = (error) => { const key = error.match(/^[^:]+: ([a-z_]+(?:\.[A-Za-z_]+)+) is missing/)?.[1]; return key ? labelOf(key) : error.replace(/^job\.toml: /, ""); };
