@@ -6,6 +6,7 @@ Nothing of the process is changed on import; ``keep_freed_memory``, ``one_thread
 
 from __future__ import annotations
 
+import mmap
 import os
 import signal
 import sys
@@ -172,11 +173,16 @@ def was_read(path: Path) -> bool:
 # --- signals ------------------------------------------------------------------------------------------------
 
 
+class Skipped(KeyboardInterrupt):
+    """The first Ctrl-C within a `skippable` block."""
+
+
 class _Interruptions:
-    """State of interruptions: count of the blocks that hold them back, and whether one came meanwhile."""
+    """State of interruptions: count of the blocks that hold them back, and what came meanwhile."""
 
     waits = 0
-    came = False
+    came: type[KeyboardInterrupt] | None = None
+    may_skip = False
 
 
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
@@ -198,10 +204,8 @@ def interruptible() -> Iterator[None]:
         if os.getpid() != process:  # a child that was forked ends as any process does
             signal.signal(number, signal.SIG_DFL)
             os.kill(os.getpid(), number)
-        elif _Interruptions.waits:
-            _Interruptions.came = True
         else:
-            raise KeyboardInterrupt
+            _interrupt(number == signal.SIGINT)
 
     numbers = _numbers()
     before = {number: signal.getsignal(number) for number in numbers}
@@ -213,6 +217,46 @@ def interruptible() -> Iterator[None]:
     finally:
         for number in caught:
             signal.signal(number, before[number])
+
+
+def _interrupt(by_ctrl_c: bool) -> None:
+    """Raise what an interruption is here, or keep it until what holds it back is done."""
+    kind = Skipped if by_ctrl_c and _Interruptions.may_skip else KeyboardInterrupt
+    _Interruptions.may_skip = False  # a second one ends the command
+    if not _Interruptions.waits:
+        raise kind
+    if _Interruptions.came is not KeyboardInterrupt:
+        _Interruptions.came = kind
+
+
+SKIP = getattr(signal, "SIGUSR1", None)
+"""Signal by which the supervisor of a command passes on a Ctrl-C that ends a `skippable` block alone."""
+_skips: mmap.mmap | None = None
+
+
+def share_skips() -> mmap.mmap:
+    """Return a byte shared with a child about to be forked: 1 while the child is in a `skippable` block."""
+    global _skips  # noqa: PLW0603
+    _skips = mmap.mmap(-1, 1)
+    return _skips
+
+
+@contextmanager
+def skippable() -> Iterator[None]:
+    """Let the first Ctrl-C of a command raise `Skipped` within a block: work that the rest does not need."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    if _skips is not None and SKIP is not None:
+        signal.signal(SKIP, lambda *_: _interrupt(True) if _Interruptions.may_skip else None)
+        _skips[0] = 1
+    _Interruptions.may_skip = True
+    try:
+        yield
+    finally:
+        _Interruptions.may_skip = False
+        if _skips is not None:
+            _skips[0] = 0
 
 
 LATEST_S = 1.2
@@ -334,5 +378,5 @@ def uninterrupted() -> Iterator[None]:
     finally:
         _Interruptions.waits -= 1
     if _Interruptions.came and not _Interruptions.waits:
-        _Interruptions.came = False
-        raise KeyboardInterrupt
+        kind, _Interruptions.came = _Interruptions.came, None
+        raise kind

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from autobalance.bundled import bundled_folder
+from autobalance.command.main import INTERRUPTED_MESSAGE
 from tests import jobs
 
 HELP_SECONDS = 0.3
@@ -132,6 +133,56 @@ def test_ctrl_c_in_the_middle_leaves_nothing_half_written(fresh: bool, sent: str
     assert "Traceback" not in errors
     assert jobs.folder_state(tmp_path) == before
     assert output.exists() is not fresh
+
+
+ADVISING = """
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from autobalance.balancing import remedies
+from autobalance.command import main
+from autobalance.runtime import uninterrupted
+from tests.watched import watched
+
+presses = int(sys.argv.pop())
+
+def press(*_):
+    with uninterrupted():
+        for _ in range(presses):
+            os.kill(os.getppid(), signal.SIGINT)
+            signal.sigtimedwait([], 0.2)
+
+with watched(remedies.relaxations, tell=press):
+    code = main()
+sys.exit(code)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(signal, "sigtimedwait"), reason="SIGINT to one process needs POSIX")
+@pytest.mark.parametrize("presses", [0, 1, 2])
+def test_ctrl_c_during_advice_ends_the_advice_alone(presses: int, tmp_path: Path) -> None:
+    """A second one ends the command."""
+    job = jobs.bundled_job(tmp_path, "drafted", "factor-0.28", method='"shoulder"\nmax_depth_mm = 0.5')
+    output = tmp_path / "out"
+    words = ["balance", str(job), "-o", str(output), "--no-report", str(presses)]
+    done = subprocess.run(
+        [sys.executable, "-c", ADVISING, *words],
+        capture_output=True,
+        text=True,
+        env=environment(),
+        timeout=120,
+        check=False,
+    )
+    if presses == 2:
+        assert (done.returncode, done.stderr) == (130, f"autobalance: {INTERRUPTED_MESSAGE}\n")
+        assert not output.exists()
+        return
+    assert (done.returncode, done.stderr) == (4, "")
+    report = json.loads((output / "report.json").read_text(encoding="utf-8"))
+    assert (output / "balanced.stl").is_file()
+    stopped = "the search for limits that would suffice was stopped by Ctrl-C" in report["reason"]
+    assert stopped == (presses == 1)
+    assert bool(report["relaxations"]) == (presses == 0)
 
 
 HOLDING = """

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
@@ -29,7 +30,7 @@ from autobalance.planning.milp_model import is_never
 from autobalance.planning.relaxation import Change, Relaxation
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.runtime import Notify
+from autobalance.runtime import Notify, Skipped, skippable
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
@@ -248,7 +249,9 @@ def balanced_as_kept(
     )
     if result.outcome == "above_tolerance":
         progress("looking for limits that would suffice")
-        result = replace(result, relaxations=(*result.relaxations, *_without(kept, job, rotor, tolerance)))
+        with suppress(Skipped), skippable():
+            anew = _without(kept, job, rotor, tolerance)
+            result = replace(result, relaxations=(*result.relaxations, *anew))
     return kept.with_tools(result)
 
 

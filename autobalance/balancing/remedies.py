@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -20,7 +20,7 @@ from autobalance.planning.shortfall import Shortfall, explain_shortfall, factor_
 from autobalance.planning.too_light import heavier, too_light_g_mm, too_light_text
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.runtime import Notify
+from autobalance.runtime import Notify, Skipped, skippable
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,18 +68,32 @@ def why_above(
     if bound > 1.0:
         progress(f"no plan leaves less than {bound:.3g} times the permissible value")
     progress("looking for limits that would suffice")
-    found = relaxations(attempt, more_of_the_same=light_g_mm is None)
-    run = partial(_as_run, above, attempt)
-    remedies = _least_metal_first(map(run, found))
-    if light_g_mm is not None:
-        remedies += _least_metal_first(heavier(attempt, remedies, run))
-    elif not remedies:
-        remedies = _least_metal_first(map(run, lighter(attempt)))
-    factor = _factor_tried(above, shortfall, attempt)
+    remedies: list[Relaxation] = []
+    factor, stopped = None, False
+    try:
+        with skippable():
+            for each in _remedies(above, attempt, light_g_mm is not None):
+                remedies.append(each)
+            factor = _factor_tried(above, shortfall, attempt)
+    except Skipped:
+        stopped = True
     text = explain_shortfall(shortfall, [each.text for each in remedies], bound, factor)
-    if attempt.left_out:
+    if stopped:
+        text += "; the search for limits that would suffice was stopped by Ctrl-C"
+    elif attempt.left_out:
         text += "; further changes were not tried, since each takes long on this crank"
     return text, (*remedies, *(() if factor is None else (factor,)))
+
+
+def _remedies(above: Above, attempt: Attempt, is_light: bool) -> Iterator[Relaxation]:
+    """Yield the relaxations that hold when they are run, of each kind the one with the least metal first."""
+    run = partial(_as_run, above, attempt)
+    found = _least_metal_first(map(run, relaxations(attempt, more_of_the_same=not is_light)))
+    yield from found
+    if is_light:
+        yield from _least_metal_first(heavier(attempt, found, run))
+    elif not found:
+        yield from _least_metal_first(map(run, lighter(attempt)))
 
 
 def _least_metal_first(found: Iterable[Relaxation | None]) -> list[Relaxation]:

@@ -19,6 +19,9 @@ BAR = 12
 FINDINGS = ("the counterweights are too light",)
 """Beginnings of steps that say something of the crank: such a line stays on the terminal, once."""
 
+SKIPPABLE = "looking for limits that would suffice"
+"""Step that the first Ctrl-C ends alone."""
+
 
 def add_progress(parser: argparse.ArgumentParser) -> None:
     much = parser.add_mutually_exclusive_group()
@@ -79,7 +82,8 @@ class ProgressLine:
         elif self._live:
             full = round(BAR * self._share)
             bar = "#" * full + "-" * (BAR - full)
-            line = f"[{bar}] {100 * self._share:3.0f} %  {text}{_left(spent, self._share)}"
+            hint = "; Ctrl-C skips this" if text == SKIPPABLE else ""
+            line = f"[{bar}] {100 * self._share:3.0f} %  {text}{hint}{_left(spent, self._share)}"
             self._print(f"\r\x1b[K{line}")
 
     def done(self) -> None:

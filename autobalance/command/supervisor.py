@@ -8,6 +8,7 @@ reports it.
 
 from __future__ import annotations
 
+import mmap
 import os
 import select
 import signal
@@ -18,7 +19,7 @@ from contextlib import suppress
 from types import FrameType
 from typing import Any
 
-from autobalance.runtime import SIGNALS, begun_paths, start_record_of_begun
+from autobalance.runtime import SIGNALS, SKIP, begun_paths, share_skips, start_record_of_begun
 
 PATIENCE_S = 1.4
 """Time for the child to end by itself [s]; from `runtime.LATEST_S` on a separate thread tries to."""
@@ -42,14 +43,14 @@ def supervised(work: Callable[[], int], last_words: Callable[[], int]) -> int:
         stream.flush()  # else both processes would write what waits
     named = [getattr(signal, name) for name in SIGNALS]
     stopping = [number for number in named if signal.getsignal(number) is not signal.SIG_IGN]
-    notes, parent = start_record_of_begun(), os.getpid()
+    notes, skips, parent = start_record_of_begun(), share_skips(), os.getpid()
     ears, mouth = os.pipe()
     os.set_blocking(mouth, False)
     handled = {number: signal.signal(number, _heard) for number in (*stopping, signal.SIGCHLD)}
     signal.set_wakeup_fd(mouth, warn_on_full_buffer=False)
     child = os.fork()
     if child:
-        return _end_of(child, ears, set(stopping), handled, lambda: _stopped(notes, last_words))
+        return _end_of(child, ears, set(stopping), handled, skips, lambda: _stopped(notes, last_words))
     signal.set_wakeup_fd(-1)
     os.close(ears)
     os.close(mouth)
@@ -65,6 +66,7 @@ def _end_of(
     ears: int,
     stopping: set[int],
     handled: dict[int, Any],
+    skips: mmap.mmap,
     stopped: Callable[[], int],
 ) -> int:
     """Wait for the child, pass on what ends it, and return the exit code."""
@@ -78,7 +80,11 @@ def _end_of(
             os.waitpid(child, 0)
             return stopped()
         wait_s = None if latest is None else max(latest - time.monotonic(), 0.0) + 0.01
-        if select.select([ears], [], [], wait_s)[0] and stopping & set(os.read(ears, 512)) and latest is None:
+        heard = stopping & set(os.read(ears, 512)) if select.select([ears], [], [], wait_s)[0] else set()
+        if heard == {signal.SIGINT} and SKIP is not None and skips[0] == 1:
+            skips[0] = 2  # a second Ctrl-C ends the command
+            os.kill(child, SKIP)
+        elif heard and latest is None:
             latest = time.monotonic() + PATIENCE_S
             os.kill(child, signal.SIGTERM)
     signal.set_wakeup_fd(-1)

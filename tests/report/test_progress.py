@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import autobalance as ab
-from autobalance.command.progress import ProgressLine
+from autobalance.command.progress import SKIPPABLE, ProgressLine
 from tests import jobs
 
 
@@ -120,3 +120,9 @@ def test_that_counterweights_are_too_light_stays_on_the_terminal_while_advice_go
     line.done()
     assert len(re.findall(r"too light by 45 g·m, [^\r]*\n", stream.getvalue())) == 1
     assert stream.getvalue().index("too light") < stream.getvalue().index("looking for limits")
+
+
+def test_a_terminal_is_told_that_the_search_for_advice_can_be_skipped() -> None:
+    stream = Terminal()
+    ProgressLine("usual", stream)(SKIPPABLE)
+    assert f"{SKIPPABLE}; Ctrl-C skips this" in stream.getvalue()
