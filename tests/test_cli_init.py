@@ -72,7 +72,7 @@ def test_inspect_needs_the_crankshaft_alone(crank: Path, capsys: pytest.CaptureF
     from_file = ab.inspect(crank, unit="mm", density_kg_m3=7850.0).report
     assert report(Path("i.json"))["crank"] == from_file["crank"]
     capsys.readouterr()
-    assert "--unit beside a job" in refused(capsys, 2, "inspect", "crank-with-pin.toml", "--unit", "mm")
+    assert "--unit is not for a job" in refused(capsys, 2, "inspect", "crank-with-pin.toml", "--unit", "mm")
     with_set = ("--set", "crankshaft.density_kg_m3=7000", "--json", "s.json")
     assert jobs.run("inspect", crank, "--unit", "mm", *with_set) == 0
     assert report(Path("s.json"))["crank"]["mass_g"] == pytest.approx(
