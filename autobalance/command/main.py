@@ -28,7 +28,7 @@ from autobalance.runtime import (
     reading_noted,
     silence_loggers,
 )
-from autobalance.toml_files.decimal_comma import DecimalCommaWarning
+from autobalance.toml_files.convert import DecimalCommaWarning
 from autobalance.version import __version__
 
 WAYS_IN = """\

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
+import warnings
 from collections.abc import Sequence
 from difflib import get_close_matches
 from types import UnionType
-from typing import Any, Literal, Union, get_args, get_origin
+from typing import Any, Final, Literal, Union, get_args, get_origin
 
 from autobalance.declare import Large
 from autobalance.errors import JobError
@@ -171,3 +173,49 @@ def did_you_mean(word: object, known: Sequence[object]) -> str:
     """Return ``; did you mean ...?`` where a known word is close, else nothing."""
     close = get_close_matches(str(word), [str(each) for each in known], n=1, cutoff=0.6)
     return f"; did you mean {close[0]!r}?" if close else ""
+
+
+# --- decimal commas: a comma separates in TOML, but 221,5 can be nothing else than 221.5 ---
+
+
+COMMA_NUMBER: Final = r"[+-]?(\d+),(\d+)"
+"""A number with one comma: its digits before and after it."""
+TYPED = re.compile(rf"{COMMA_NUMBER}(?![.,\d])")
+THOUSANDS: Final = 3
+"""Digits of a group of thousands."""
+
+
+class DecimalCommaWarning(UserWarning):
+    """A number was read with its comma as the decimal point."""
+
+
+def is_decimal(whole: str, fraction: str) -> bool:
+    """Return whether the comma between digits can be nothing but a decimal point.
+
+    Examples
+    --------
+    >>> is_decimal("221", "5"), is_decimal("15", "200"), is_decimal("0", "284"), is_decimal("1234", "567")
+    (True, False, True, True)
+    """
+    return len(fraction) != THOUSANDS or whole.startswith("0") or len(whole) > THOUSANDS
+
+
+def point_for_comma(text: str) -> str:
+    """Return a typed number with its unit with a point for a decimal comma; other texts as they are.
+
+    Examples
+    --------
+    >>> point_for_comma("221,5 g"), point_for_comma("15,200"), point_for_comma("8, 5"), point_for_comma("0.5")
+    ('221.5 g', '15,200', '8, 5', '0.5')
+    """
+    found = TYPED.match(text.strip())
+    if found is None or not is_decimal(found[1], found[2]):
+        return text
+    return text.replace(",", ".", 1)
+
+
+def tell(where: str, typed: str) -> None:
+    """Warn of a number that was read with its comma as the decimal point."""
+    read = typed.strip().replace(",", ".", 1)
+    words = f"{where}: {typed.strip()} is read as {read}; the comma is a decimal point"
+    warnings.warn(words, DecimalCommaWarning, stacklevel=2)

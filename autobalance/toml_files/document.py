@@ -10,7 +10,7 @@ from typing import Any
 
 from autobalance.errors import JobError, file_errors, refuse_pipe
 from autobalance.runtime import note_read
-from autobalance.toml_files.decimal_comma import tell, with_points
+from autobalance.toml_files.convert import COMMA_NUMBER, is_decimal, tell
 
 MAX_DEPTH = 32
 """Tables and lists inside each other at most: those that people write have four."""
@@ -20,6 +20,10 @@ KEY_ENDS = re.compile(r"[=,{}]")
 """Characters around a dotted key."""
 LARGEST_BYTES = 1 << 20
 """Bytes of a job at most; those that people write have a few thousand."""
+
+
+IN_TOML = re.compile(rf"(?<==)(\s*)({COMMA_NUMBER})(?=\s*(?:#.*)?$|\s*}}|\s*,\s*[A-Za-z_][\w-]*\s*=)")
+"""Such a number as a whole value, alone in its line or in a table in braces, never in a list."""
 
 
 def text_of(path: Path, what: str) -> str:
@@ -162,3 +166,19 @@ SLIPS: tuple[tuple[re.Pattern[str], Cure], ...] = (
 
 def _first_line(error: Exception) -> str:
     return (str(error).splitlines() or [""])[0]
+
+
+def with_points(text: str) -> tuple[str, list[tuple[int, str]]]:
+    """Return a TOML text with points for decimal commas, and each such number with its line."""
+    told: list[tuple[int, str]] = []
+    lines = text.split("\n")
+    for number, line in enumerate(lines, 1):
+
+        def point(found: re.Match[str], number: int = number) -> str:
+            if not is_decimal(found[3], found[4]):
+                return found[0]
+            told.append((number, found[2]))
+            return found[1] + found[2].replace(",", ".")
+
+        lines[number - 1] = IN_TOML.sub(point, line)
+    return "\n".join(lines), told

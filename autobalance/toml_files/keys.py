@@ -24,8 +24,7 @@ from autobalance.declare import (
     names,
 )
 from autobalance.errors import JobError
-from autobalance.toml_files.convert import LARGEST_OF_ALL, MAX_NUMBER, shown
-from autobalance.toml_files.decimal_comma import point_for_comma, tell
+from autobalance.toml_files.convert import LARGEST_OF_ALL, MAX_NUMBER, point_for_comma, shown, tell
 from autobalance.toml_files.document import text_of, toml_of
 from autobalance.toml_files.faults import Faults
 from autobalance.toml_files.table import Table, unknown_keys

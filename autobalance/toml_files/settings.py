@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from autobalance.errors import JobError
-from autobalance.toml_files.decimal_comma import point_for_comma, tell
+from autobalance.toml_files.convert import point_for_comma, tell
 from autobalance.toml_files.document import refuse_deep
 
 PART = re.compile(r"([A-Za-z0-9_\-·°]+)((?:\[\d+\])*)")

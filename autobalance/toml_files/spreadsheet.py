@@ -10,7 +10,6 @@ import zlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
-from xml.etree.ElementTree import ParseError
 
 from autobalance.errors import JobError, file_errors, refuse_pipe
 from autobalance.runtime import note_read
@@ -26,7 +25,7 @@ DAMAGE_ERRORS: Final = (
     zipfile.BadZipFile,
     zlib.error,
     struct.error,
-    ParseError,
+    SyntaxError,  # ParseError, and lxml's own where it is installed
     EOFError,
     ArithmeticError,
     AttributeError,

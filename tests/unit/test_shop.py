@@ -50,6 +50,7 @@ def test_the_header_is_kept_in_the_report(path: Path) -> None:
     assert told.pop("job") == {
         "customer": "C. Owner",
         "engine": None,
+        "part": None,
         "serial": "C-17",
         "operator": None,
         "note": None,

@@ -278,7 +278,7 @@ def test_a_solid_can_be_looked_at_before_it_is_recognised(tmp_path: Path) -> Non
 
 def test_of_a_solid_that_is_refused_nothing_is_left_to_look_at(tmp_path: Path) -> None:
     corners = jobs.corners_of(small.crank(tmp_path))
-    jobs.write_stl(tmp_path / small.NAME, np.concatenate([corners, corners + np.array([0.5, 0.0, 0.0])]))
+    jobs.write_stl(tmp_path / small.NAME, corners[1:])  # open
     place = Place(tmp_path, tmp_path / "runs", tmp_path / "own")
     with pytest.raises(ab.AutobalanceError):
         VERBS["inspect"]({"job": {"crankshaft": small.job()["crankshaft"]}}, place, lambda *_: None)

@@ -223,7 +223,8 @@ def test_a_run_that_is_cancelled_leaves_nothing(page: Browser, project: Served) 
 def kind_cards(page: Browser, rows: dict[str, dict[str, Any]]) -> None:
     """Hold the cards of the kinds to it: a picture each, and cuts, grams, wall and residual as compared."""
     found = page.run(
-        "return [...document.querySelectorAll('.kind')].map(each => [each.dataset.kind, each.dataset.old,"
+        "return [...document.querySelectorAll('.kind[data-kind]')]"
+        ".map(each => [each.dataset.kind, each.dataset.old,"
         "each.querySelectorAll('svg .k-metal ~ *').length, each.querySelector('.badge').dataset.tone,"
         "each.querySelector('.says').textContent])"
     )
@@ -385,9 +386,13 @@ def test_a_run_is_deleted_with_its_files(page: Browser, project: Served) -> None
     assert (project.project / "runs" / run).is_dir()
     page.run(f"document.querySelector('[data-run=\"{run}\"] [aria-label^=Delete]').click()")
     until(page, f"return !document.querySelector('[data-run=\"{run}\"]')")
+    assert (project.project / "runs" / run).is_dir()  # until it cannot be undone any more
+    latest_s = time.monotonic() + 30.0
+    while project.ask(f"/api/runs/{run}").status != 404 and time.monotonic() < latest_s:
+        time.sleep(0.2)
+    assert project.ask(f"/api/runs/{run}").status == 404
     assert not (project.project / "runs" / run).exists()
     assert not (project.project / ".app" / run).exists()
-    assert project.ask(f"/api/runs/{run}").status == 404
     assert page.run("return document.getElementById('verdict').dataset.outcome") == ""
 
 

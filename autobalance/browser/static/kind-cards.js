@@ -17,6 +17,7 @@ const PICTURES = {
   mill: html`<rect class="k-cut" x="42" y="56" width="36" height="12" rx="3"/>`,
 };
 const NAMES = { shoulder: "Shoulder", turn: "Turn", drill: "Drill", slug: "Slug", add: "Add", mill: "Mill" };
+const ONTO = { add: "on" };
 const MANY = { drill: "holes: {count}", slug: "slugs: {count}", mill: "pockets: {count}", add: "pads: {count}" };
 export const manyWords = (kind, count) => t(MANY[kind] || "cuts: {count}", { count });
 const isWithin = (row) => row.outcome === "within_tolerance" || row.outcome === "already_within_tolerance";
@@ -40,7 +41,7 @@ function Badge({ row, place, isOld }) {
 function Says({ name, row, place, isBest }) {
   if (!row.outcome) return t("no place on this crank");
   const wall = row.wall_left_mm;
-  return html`${isBest ? html`<b>${t("Recommended")}</b>, ` : ""}<b>${manyWords(name, row.cuts)}</b>, <${Measured} of=${`rows.${place}.metal_moved_g`} value=${row.metal_moved_g} digits=${1}/> g ${t(name === "add" ? "on" : "off")}<br/>${wall === null || wall === undefined ? t("no thin wall") : t("wall left {wall}", { wall: withUnit(wall, 1, "mm") })}`;
+  return html`${isBest ? html`<b>${t("Recommended")}</b>, ` : ""}<b>${manyWords(name, row.cuts)}</b>, <${Measured} of=${`rows.${place}.metal_moved_g`} value=${row.metal_moved_g} digits=${1}/> g ${t(ONTO[name] || "off")}<br/>${wall === null || wall === undefined ? t("no thin wall") : t("wall left {wall}", { wall: withUnit(wall, 1, "mm") })}`;
 }
 // What the chosen method would leave, as it was compared, for the state line; null where it was not.
 export function plannedSays() {
