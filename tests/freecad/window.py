@@ -44,7 +44,7 @@ def main():
     assert "rod length" in shown.advice.text()
     shown.fields["RodLength"].setText("120")
     shown.curve()
-    assert shown.advice.text().startswith("least first order 0.5"), shown.advice.text()
+    assert shown.advice.text().startswith("smallest first order 0.5"), shown.advice.text()
     assert not shown.picture.pixmap().isNull()
     assert shown.bob.text() == "336.00 g", shown.bob.text()
     shown.run()
