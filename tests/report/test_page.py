@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import math
+import re
 import struct
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +15,7 @@ import numpy as np
 import pytest
 
 from autobalance.paper.listed_metal import listed_metal
+from autobalance.report.balance.kinds import angle_deg
 from autobalance.report.metal import Piece, pieces_of
 from autobalance.report.page.html import page
 from autobalance.report.page.shown import Shown, coarse_pieces
@@ -286,6 +289,28 @@ def test_fine_removed_metal_is_decimated_for_the_page(report: dict[str, Any]) ->
     assert 0 < len(coarse[0].mesh.triangles) <= count // 4
     assert coarse[0].correction == 0
     np.testing.assert_allclose(np.ptp(coarse[0].mesh.vertices, axis=0), [80.0, 80.0, 2.0], rtol=1e-3)
+
+
+@pytest.mark.slow
+def test_the_page_counts_its_angles_from_the_sheets_zero(report: dict[str, Any]) -> None:
+    """It had 136.5° for a hole of which sheet, list and terminal said 46.5° from the keyway."""
+    keyed = copy.deepcopy(report)
+    keyed["crank"]["datums"]["angle"] = {"of": "keyway", "angle_deg": 100.25}
+    plain, turned = page(report, a_box().mesh, []), page(keyed, a_box().mesh, [])
+    assert "from crankpin 1, seen from +z" in plain
+    assert "from keyway K, seen from +z" in turned
+    for cut in report["corrections"]:
+        angle = angle_deg(cut)
+        assert angle is not None
+        assert f", {angle:.1f}°" in plain
+        assert f", {(angle - 100.25) % 360.0:.1f}°" in turned
+    x, y = report["initial"]["unbalance_g_mm"]
+    heavy = math.degrees(math.atan2(y, x))
+    assert f" at {(heavy - 100.25) % 360.0:.1f}°" in turned
+    tips = [re.search(r'class="tip was" cx="([\d.]+)" cy="([\d.]+)"', each) for each in (plain, turned)]
+    (x0, y0), (x1, y1) = ((float(tip[1]), float(tip[2])) for tip in tips if tip is not None)
+    before, after = (math.degrees(math.atan2(100.0 - x, 100.0 - y)) for x, y in ((x0, y0), (x1, y1)))
+    assert (before - after - 100.25 + 180.0) % 360.0 - 180.0 == pytest.approx(0.0, abs=0.05)
 
 
 def test_a_polar_plot_points_to_the_heavy_side() -> None:

@@ -12,6 +12,7 @@ from autobalance.balancing.sections import section, sections_in
 from autobalance.report.balance import kinds
 from autobalance.report.balance.cuts_text import remarks
 from autobalance.report.balance.relaxation_text import relaxation_lines
+from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import ON_SCREEN, UnitSystem, in_units
 from autobalance.report.engine_words import external_words, turning_words
 from autobalance.report.job_header import page_header, stage_words
@@ -20,7 +21,7 @@ from autobalance.report.page.cells import cell, span
 from autobalance.report.page.forces import force_rows
 from autobalance.report.page.templates import rendered
 from autobalance.report.page.view import view_data
-from autobalance.report.page_units import PAGE_UNITS, heavy_at
+from autobalance.report.page_units import PAGE_UNITS, PAGE_ZERO, heavy_at
 from autobalance.report.pictures import polar
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Report
@@ -75,7 +76,8 @@ def page(
     str
         HTML that needs no other file and asks for none.
     """
-    token = PAGE_UNITS.set(ON_SCREEN[units])
+    zero = Zero.of(report)
+    token, from_zero = PAGE_UNITS.set(ON_SCREEN[units]), PAGE_ZERO.set(zero)
     try:
         view, packed = view_data(report, body, pieces)
         return rendered(
@@ -88,6 +90,7 @@ def page(
             **_verdict(report),
             **_numbers(report),
             **_inputs(report),
+            zero=zero,
             polars=polar.figures(report),
             forces=force_rows(report),
             sections=[section(key).page(found) for key, found in sections_in(report)],
@@ -105,6 +108,7 @@ def page(
         )
     finally:
         PAGE_UNITS.reset(token)
+        PAGE_ZERO.reset(from_zero)
 
 
 def _verdict(report: Report) -> dict[str, Any]:
@@ -161,7 +165,7 @@ def _corrections(report: Report) -> Iterator[dict[str, Any]]:
         yield {
             "number": item["number"],
             "noun": kinds.noun(item),
-            "details": ", ".join(part for part in (kinds.place(item), size) if part),
+            "details": ", ".join(part for part in (kinds.place(PAGE_ZERO.get().counted(item)), size) if part),
             "effect_g_mm": math.hypot(*item["unbalance_change_g_mm"]),
             "heavy_at": heavy_at(item["unbalance_change_g_mm"]),
         }

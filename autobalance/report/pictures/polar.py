@@ -1,4 +1,4 @@
-"""Unbalance as arrows in the plane across the crank axis: SVG, crankpin 1 up, counter-clockwise."""
+"""Unbalance as arrows in the plane across the crank axis: SVG, the zero of the page up, counter-clockwise."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from autobalance.report.page_units import PAGE_UNITS, pointing, unbalance
+from autobalance.report.page_units import PAGE_UNITS, PAGE_ZERO, pointing, unbalance
 from autobalance.wording import escape
 
 SIZE = 200.0
@@ -47,7 +47,8 @@ def stages_figure(
     """
     full = max([permitted_g_mm, *(math.hypot(*vector) for _, vector in points)])
     per, middle = RADIUS / full, SIZE / 2.0
-    tips = [(middle - per * y, middle - per * x) for _, (x, y) in points]  # rotor x is up, y is left
+    turned = [_from_zero(vector) for _, vector in points]
+    tips = [(middle - per * y, middle - per * x) for x, y in turned]  # the zero is up, 90° is left
     path = "L".join(f"{x:.2f} {y:.2f}" for x, y in tips)
     marks = "".join(f'<circle class="tip is" cx="{x:.2f}" cy="{y:.2f}" r="3"/>' for x, y in tips)
     marks += "".join(
@@ -91,7 +92,8 @@ def _plot(
     per = RADIUS / full
     x, y = vector["unbalance_g_mm"]
     cx = cy = SIZE / 2.0
-    tip_x, tip_y = cx - per * y, cy - per * x  # rotor x is up, y is left
+    up, left = _from_zero((x, y))
+    tip_x, tip_y = cx - per * left, cy - per * up
     size = vector["magnitude_g_mm"]
     caption = f"{when}: {unbalance(size)} {PAGE_UNITS.get().unbalance}{pointing((x, y), 1)}"
     uncertain = (
@@ -102,6 +104,13 @@ def _plot(
 <circle class=zone cx="{cx}" cy="{cy}" r="{max(per * limit, 0.8):.2f}"/>{_degrees(cx, cy)}
 <path class="vector {style}" d="M{cx} {cy}L{tip_x:.2f} {tip_y:.2f}"/>{uncertain}<circle class="tip {style}" cx="{tip_x:.2f}" cy="{tip_y:.2f}" r="3.6"/>
 <text class=title x="{cx}" y="{SIZE + 4:g}" text-anchor="middle">{when} · {unbalance(size)}{pointing((x, y))}</text></svg>"""
+
+
+def _from_zero(vector: Sequence[float]) -> tuple[float, float]:
+    """Return a vector in axes whose x points to the page's zero."""
+    x, y = vector
+    turn = math.radians(PAGE_ZERO.get().angle_deg)
+    return x * math.cos(turn) + y * math.sin(turn), y * math.cos(turn) - x * math.sin(turn)
 
 
 def _degrees(cx: float, cy: float) -> str:
