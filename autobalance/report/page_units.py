@@ -6,14 +6,13 @@ import math
 from collections.abc import Sequence
 from contextvars import ContextVar
 
-from autobalance.report.balance.zero import FROM_CRANKPIN, Zero
 from autobalance.report.display_units import KG_MM2_PER_LB_IN2, ON_SCREEN, DisplayUnits
 from autobalance.wording import angle_deg, number
 
 PAGE_UNITS: ContextVar[DisplayUnits] = ContextVar("PAGE_UNITS", default=ON_SCREEN["metric"])
 """The units of the page that is being written."""
-PAGE_ZERO: ContextVar[Zero] = ContextVar("PAGE_ZERO", default=FROM_CRANKPIN)
-"""The zero of its angles: that of the sheet."""
+PAGE_ZERO_DEG: ContextVar[float] = ContextVar("PAGE_ZERO_DEG", default=0.0)
+"""The zero of its angles, counter-clockwise from crankpin 1: that of the sheet [°]."""
 
 
 def unbalance(value_g_mm: float | None, digits: int = 2) -> str:
@@ -29,7 +28,7 @@ def heavy_at(vector_g_mm: Sequence[float], digits: int = 0) -> str:
 
 def pointing(vector_g_mm: Sequence[float], digits: int = 0, before: str = " at ") -> str:
     """Return the angle of an unbalance after some text; empty where the unbalance shows as zero."""
-    angle = PAGE_ZERO.get().ccw(angle_deg(vector_g_mm))
+    angle = (angle_deg(vector_g_mm) - PAGE_ZERO_DEG.get()) % 360.0
     return PAGE_UNITS.get().pointing(math.hypot(*vector_g_mm), angle, digits, before)
 
 

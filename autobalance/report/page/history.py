@@ -9,7 +9,7 @@ from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import ON_SCREEN, UnitSystem
 from autobalance.report.job_header import page_header
 from autobalance.report.page.templates import rendered
-from autobalance.report.page_units import PAGE_UNITS, PAGE_ZERO
+from autobalance.report.page_units import PAGE_UNITS, PAGE_ZERO_DEG
 from autobalance.report.pictures.polar import stages_figure
 from autobalance.types import Values
 
@@ -31,13 +31,12 @@ def history_page(report: Values, dates: Sequence[str] = (), units: UnitSystem = 
         Of the stages, in order; "" or left out: none is shown.
     units : {"metric", "inch"}
     """
-    zero = Zero.of(report)
-    token, from_zero = PAGE_UNITS.set(ON_SCREEN[units]), PAGE_ZERO.set(zero)
+    token, from_zero = PAGE_UNITS.set(ON_SCREEN[units]), PAGE_ZERO_DEG.set(Zero.of(report).angle_deg)
     try:
         return _page(report, [*dates, *[""] * (len(report["stages"]) - len(dates))])
     finally:
         PAGE_UNITS.reset(token)
-        PAGE_ZERO.reset(from_zero)
+        PAGE_ZERO_DEG.reset(from_zero)
 
 
 def _page(report: Values, dates: Sequence[str]) -> str:
@@ -50,7 +49,7 @@ def _page(report: Values, dates: Sequence[str]) -> str:
         is_good=not stages or stages[-1]["outcome"] != "above_tolerance",
         stages=list(zip(stages, dates, strict=True)),
         tolerance=tolerance,
-        zero=PAGE_ZERO.get(),
+        zero=Zero.of(report),
         outcomes=OUTCOMES,
         polars=list(_polars(stages, dates, tolerance)),
         doubts=[(stage["stage"], each) for stage in stages for each in stage["suspects"]],

@@ -21,7 +21,7 @@ from autobalance.report.page.cells import cell, span
 from autobalance.report.page.forces import force_rows
 from autobalance.report.page.templates import rendered
 from autobalance.report.page.view import view_data
-from autobalance.report.page_units import PAGE_UNITS, PAGE_ZERO, heavy_at
+from autobalance.report.page_units import PAGE_UNITS, PAGE_ZERO_DEG, heavy_at
 from autobalance.report.pictures import polar
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Report
@@ -77,7 +77,7 @@ def page(
         HTML that needs no other file and asks for none.
     """
     zero = Zero.of(report)
-    token, from_zero = PAGE_UNITS.set(ON_SCREEN[units]), PAGE_ZERO.set(zero)
+    token, from_zero = PAGE_UNITS.set(ON_SCREEN[units]), PAGE_ZERO_DEG.set(zero.angle_deg)
     try:
         view, packed = view_data(report, body, pieces)
         return rendered(
@@ -96,7 +96,7 @@ def page(
             sections=[section(key).page(found) for key, found in sections_in(report)],
             external_words=external_words(report) if report.get("external") else "",
             size=lambda vector: math.hypot(*vector),
-            corrections=list(_corrections(report)),
+            corrections=list(_corrections(report, zero)),
             depths_mm=sorted(abs(item["depth_mm"]) for item in report["corrections"]),
             remarks=remarks(report),
             turning=turning_words(report),
@@ -108,7 +108,7 @@ def page(
         )
     finally:
         PAGE_UNITS.reset(token)
-        PAGE_ZERO.reset(from_zero)
+        PAGE_ZERO_DEG.reset(from_zero)
 
 
 def _verdict(report: Report) -> dict[str, Any]:
@@ -158,14 +158,14 @@ def _inputs(report: Report) -> dict[str, Any]:
     }
 
 
-def _corrections(report: Report) -> Iterator[dict[str, Any]]:
+def _corrections(report: Report, zero: Zero) -> Iterator[dict[str, Any]]:
     """Yield the row of each cut in the table of cuts."""
     for item in report["corrections"]:
         size = in_units(kinds.size(item), PAGE_UNITS.get())
         yield {
             "number": item["number"],
             "noun": kinds.noun(item),
-            "details": ", ".join(part for part in (kinds.place(PAGE_ZERO.get().counted(item)), size) if part),
+            "details": ", ".join(part for part in (kinds.place(zero.counted(item)), size) if part),
             "effect_g_mm": math.hypot(*item["unbalance_change_g_mm"]),
             "heavy_at": heavy_at(item["unbalance_change_g_mm"]),
         }

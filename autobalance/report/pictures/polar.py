@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from autobalance.report.page_units import PAGE_UNITS, PAGE_ZERO, pointing, unbalance
+from autobalance.report.page_units import PAGE_UNITS, PAGE_ZERO_DEG, pointing, unbalance
 from autobalance.wording import escape
 
 SIZE = 200.0
@@ -109,7 +109,7 @@ def _plot(
 def _from_zero(vector: Sequence[float]) -> tuple[float, float]:
     """Return a vector in axes whose x points to the page's zero."""
     x, y = vector
-    turn = math.radians(PAGE_ZERO.get().angle_deg)
+    turn = math.radians(PAGE_ZERO_DEG.get())
     return x * math.cos(turn) + y * math.sin(turn), y * math.cos(turn) - x * math.sin(turn)
 
 
