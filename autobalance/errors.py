@@ -110,6 +110,10 @@ class ClaimError(AutobalanceError, ValueError):
     """Claim of a report that the files on disk do not bear out."""
 
 
+class DecimalCommaWarning(UserWarning):
+    """A number was read with its comma as the decimal point."""
+
+
 @contextmanager
 def file_errors(action: str) -> Iterator[None]:
     """Turn the system's refusals inside the block into a `FileError`: ``cannot read a.csv: is a directory``.

@@ -229,6 +229,8 @@ def _interrupt(by_ctrl_c: bool) -> None:
         _Interruptions.came = kind
 
 
+LIMITS_SOUGHT = "looking for limits that would suffice"
+"""Step of a command that is `skippable`."""
 SKIP = getattr(signal, "SIGUSR1", None)
 """Signal by which the supervisor of a command passes on a Ctrl-C that ends a `skippable` block alone."""
 _skips: mmap.mmap | None = None

@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 
 from autobalance.declare import POSITIVE, Key
-from autobalance.errors import JobError
+from autobalance.errors import DecimalCommaWarning, JobError
 from autobalance.job.header import SHOP
-from autobalance.toml_files.convert import DecimalCommaWarning
 from autobalance.toml_files.document import toml_of
 from autobalance.toml_files.keys import json_schema, read
 from autobalance.toml_files.typed_units import in_base_units

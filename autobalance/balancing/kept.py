@@ -30,7 +30,7 @@ from autobalance.planning.milp_model import is_never
 from autobalance.planning.relaxation import Change, Relaxation
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.runtime import Notify, Skipped, skippable
+from autobalance.runtime import LIMITS_SOUGHT, Notify, Skipped, skippable
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
@@ -248,7 +248,7 @@ def balanced_as_kept(
         rotor, tolerance, methods, measure, progress, prefer="least_metal", advise=False, offers=kept.offer
     )
     if result.outcome == "above_tolerance":
-        progress("looking for limits that would suffice")
+        progress(LIMITS_SOUGHT)
         with suppress(Skipped), skippable():
             anew = _without(kept, job, rotor, tolerance)
             result = replace(result, relaxations=(*result.relaxations, *anew))

@@ -20,7 +20,7 @@ from autobalance.planning.shortfall import Shortfall, explain_shortfall, factor_
 from autobalance.planning.too_light import heavier, too_light_g_mm, too_light_text
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.runtime import Notify, Skipped, skippable
+from autobalance.runtime import LIMITS_SOUGHT, Notify, Skipped, skippable
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ def why_above(
         return explain_shortfall(shortfall, bound=bound), ()
     if bound > 1.0:
         progress(f"no plan leaves less than {bound:.3g} times the permissible value")
-    progress("looking for limits that would suffice")
+    progress(LIMITS_SOUGHT)
     remedies: list[Relaxation] = []
     factor, stopped = None, False
     try:

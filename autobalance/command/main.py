@@ -17,7 +17,7 @@ from autobalance import registry
 from autobalance.command import objects
 from autobalance.command.console import complain, fail, open_closed_streams, warn, written
 from autobalance.command.help_groups import CommandGroups
-from autobalance.errors import AutobalanceError, UsageError, system_reason
+from autobalance.errors import AutobalanceError, DecimalCommaWarning, UsageError, system_reason
 from autobalance.registry import VERBS
 from autobalance.runtime import (
     ended_in_time,
@@ -28,7 +28,6 @@ from autobalance.runtime import (
     reading_noted,
     silence_loggers,
 )
-from autobalance.toml_files.convert import DecimalCommaWarning
 from autobalance.version import __version__
 
 WAYS_IN = """\

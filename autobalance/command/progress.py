@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from typing import Literal, TextIO
 
 from autobalance.command import objects
-from autobalance.runtime import Progress
+from autobalance.runtime import LIMITS_SOUGHT, Progress
 from autobalance.verbs.progress import BALANCED_BEFORE, share_before
 
 Mode = Literal["quiet", "usual", "verbose"]
@@ -18,9 +18,6 @@ Mode = Literal["quiet", "usual", "verbose"]
 BAR = 12
 FINDINGS = ("the counterweights are too light",)
 """Beginnings of steps that say something of the crank: such a line stays on the terminal, once."""
-
-SKIPPABLE = "looking for limits that would suffice"
-"""Step that the first Ctrl-C ends alone."""
 
 
 def add_progress(parser: argparse.ArgumentParser) -> None:
@@ -82,7 +79,7 @@ class ProgressLine:
         elif self._live:
             full = round(BAR * self._share)
             bar = "#" * full + "-" * (BAR - full)
-            hint = "; Ctrl-C skips this" if text == SKIPPABLE else ""
+            hint = "; Ctrl-C skips this" if text == LIMITS_SOUGHT else ""
             line = f"[{bar}] {100 * self._share:3.0f} %  {text}{hint}{_left(spent, self._share)}"
             self._print(f"\r\x1b[K{line}")
 

@@ -105,7 +105,7 @@ def bars(title: str, y_label: str, orders: Sequence[float], groups: Mapping[str,
 
 
 MOST_LETTERS = 70
-"""Letters and gaps of names that stand beside each other below the bars; more are turned."""
+"""Letters and gaps of names next to each other below the bars; more are turned."""
 
 
 def named_bars(

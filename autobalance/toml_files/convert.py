@@ -11,7 +11,7 @@ from types import UnionType
 from typing import Any, Final, Literal, Union, get_args, get_origin
 
 from autobalance.declare import Large
-from autobalance.errors import JobError
+from autobalance.errors import DecimalCommaWarning, JobError
 
 MAX_NUMBER = 1e9
 """Size of a number at most: beyond is not a mass, length or speed of a crankshaft, and squares overflow."""
@@ -183,10 +183,6 @@ COMMA_NUMBER: Final = r"[+-]?(\d+),(\d+)"
 TYPED = re.compile(rf"{COMMA_NUMBER}(?![.,\d])")
 THOUSANDS: Final = 3
 """Digits of a group of thousands."""
-
-
-class DecimalCommaWarning(UserWarning):
-    """A number was read with its comma as the decimal point."""
 
 
 def is_decimal(whole: str, fraction: str) -> bool:

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 import autobalance as ab
-from autobalance.command.progress import SKIPPABLE, ProgressLine
+from autobalance.command.progress import ProgressLine
+from autobalance.runtime import LIMITS_SOUGHT
 from tests import jobs
 
 
@@ -124,5 +125,5 @@ def test_that_counterweights_are_too_light_stays_on_the_terminal_while_advice_go
 
 def test_a_terminal_is_told_that_the_search_for_advice_can_be_skipped() -> None:
     stream = Terminal()
-    ProgressLine("usual", stream)(SKIPPABLE)
-    assert f"{SKIPPABLE}; Ctrl-C skips this" in stream.getvalue()
+    ProgressLine("usual", stream)(LIMITS_SOUGHT)
+    assert f"{LIMITS_SOUGHT}; Ctrl-C skips this" in stream.getvalue()

@@ -31,15 +31,16 @@ def history_page(report: Values, dates: Sequence[str] = (), units: UnitSystem = 
         Of the stages, in order; "" or left out: none is shown.
     units : {"metric", "inch"}
     """
-    token, from_zero = PAGE_UNITS.set(ON_SCREEN[units]), PAGE_ZERO_DEG.set(Zero.of(report).angle_deg)
+    zero = Zero.of(report)
+    token, from_zero = PAGE_UNITS.set(ON_SCREEN[units]), PAGE_ZERO_DEG.set(zero.angle_deg)
     try:
-        return _page(report, [*dates, *[""] * (len(report["stages"]) - len(dates))])
+        return _page(report, zero, [*dates, *[""] * (len(report["stages"]) - len(dates))])
     finally:
         PAGE_UNITS.reset(token)
         PAGE_ZERO_DEG.reset(from_zero)
 
 
-def _page(report: Values, dates: Sequence[str]) -> str:
+def _page(report: Values, zero: Zero, dates: Sequence[str]) -> str:
     stages, tolerance = report["stages"], report["tolerance"]
     serials = sorted({str(each["serial"]) for each in stages if each["serial"] is not None})
     return rendered(
@@ -49,7 +50,7 @@ def _page(report: Values, dates: Sequence[str]) -> str:
         is_good=not stages or stages[-1]["outcome"] != "above_tolerance",
         stages=list(zip(stages, dates, strict=True)),
         tolerance=tolerance,
-        zero=Zero.of(report),
+        zero=zero,
         outcomes=OUTCOMES,
         polars=list(_polars(stages, dates, tolerance)),
         doubts=[(stage["stage"], each) for stage in stages for each in stage["suspects"]],
