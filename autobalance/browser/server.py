@@ -29,10 +29,9 @@ from autobalance.browser.opening import (
     open_own_job,
     open_report,
 )
-from autobalance.browser.prediction import DRAGGED_KEYS
 from autobalance.browser.project import RUN_ID, Project, TooLarge, is_plain
 from autobalance.browser.runs import Runs
-from autobalance.browser.work import MODEL, VERBS
+from autobalance.browser.work import VERBS
 from autobalance.errors import AutobalanceError
 from autobalance.job.changes import differences
 from autobalance.toml_files.document import toml_of
@@ -304,13 +303,10 @@ class Pages:
         verb = values.pop("verb", None)
         if not isinstance(verb, str) or verb not in VERBS:
             return refused(f"verb must be one of {', '.join(VERBS)}", 400)
-        if verb == "cut":
-            values, wrong = self._dragged(values)
-        else:
-            look = {"recut": self._wrong_reading, "nc": self._wrong_machine}.get(verb, self._wrong_job)
-            wrong = look(values) if verb not in ANALYSES else wrong_request(verb, values, self._project)
-            if verb in ANALYSES and not wrong and "job" in values:
-                wrong = self._wrong_job({"job": values["job"]})
+        look = {"recut": self._wrong_reading, "nc": self._wrong_machine}.get(verb, self._wrong_job)
+        wrong = look(values) if verb not in ANALYSES else wrong_request(verb, values, self._project)
+        if verb in ANALYSES and not wrong and "job" in values:
+            wrong = self._wrong_job({"job": values["job"]})
         return refused(wrong, 400) if wrong else JSONResponse({"id": self._runs.start(verb, values)}, 202)
 
     def _wrong_job(self, values: dict[str, Any]) -> str:
@@ -344,19 +340,6 @@ class Pages:
         if run is None or run["state"] != "done" or run["verb"] not in ("balance", "recut"):
             return "run must be a run of balance or recut that is done"
         return ""
-
-    def _dragged(self, values: dict[str, Any]) -> tuple[dict[str, Any], str]:
-        """Return cuts that were dragged with the job that made them, and what is wrong, if anything is."""
-        run = self._runs.state_of(str(values.get("run")))
-        if set(values) - {"run", *DRAGGED_KEYS}:
-            body = ", ".join(f'"{name}": [...]' for name in DRAGGED_KEYS)
-            return values, f'the body must be {{"verb": "cut", "run": ..., {body}}}'
-        if run is None or run["state"] != "done" or run["verb"] != "balance":
-            return values, "run must be a run of balance that is done"
-        request = self._runs.asked(run["id"]) or {}
-        if self._project.own(run["id"], MODEL) is None:
-            return values, "the run was made elsewhere: balance here, then drag"
-        return {**values, "job": request["job"]}, self._wrong_job({"job": request["job"]})
 
     async def one_run(self, request: Request) -> Response:
         """Return one run."""

@@ -239,26 +239,6 @@ def _webs(material: Material) -> bytes:
     return json.dumps([asdict(each) for each in drawn]).encode()
 
 
-def _cut(request: Asked, place: Place, notify: Progress) -> int:
-    """Make the cuts of a result as they were dragged on the page, and measure them."""
-    import autobalance as ab
-    from autobalance.browser.prediction import DRAGGED_KEYS
-    from autobalance.browser.trial import tried
-
-    model = json.loads((place.own.parent / request["run"] / MODEL).read_text(encoding="utf-8"))
-    job = ab.Job.from_dict(request["job"], folder=place.project)
-    dragged = {key: request.get(key, []) for key in DRAGGED_KEYS}
-    depths_mm, turns_deg, diameters_mm = dragged.values()
-    done = tried(job, model, depths_mm, turns_deg, lambda words: notify(words, 0.2), diameters_mm)
-    place.results.mkdir(parents=True, exist_ok=True)
-    if done.data is not None:
-        ending = Path(str(request["job"]["crankshaft"]["file"])).suffix
-        (place.results / f"tried{ending}").write_bytes(done.data)
-    values = {"command": "cut", "run": request["run"], **dragged, "trial": done.values}
-    (place.results / REPORT).write_text(json.dumps(values, allow_nan=False), encoding="utf-8")
-    return 0
-
-
 def _compare(request: Asked, place: Place, notify: Progress) -> int:
     """Compare the kinds; those that come within tolerance are drawn. Cards are there as they are done."""
     import autobalance as ab
@@ -381,7 +361,6 @@ VERBS: dict[str, Callable[[Asked, Place, Progress], int]] = {
     "balance": _balance,
     "recut": _recut,
     "nc": _nc,
-    "cut": _cut,
     "compare": _compare,
     **{verb: _analysed(verb) for verb in ANALYSES},
 }

@@ -203,15 +203,6 @@ def test_a_balance_is_that_of_the_function(app: Served, tmp_path: Path) -> None:
     assert told["id"] in [each["id"] for each in app.ask("/api/runs").json["runs"]]
 
 
-def test_only_cuts_of_a_balance_that_is_done_can_be_dragged(app: Served) -> None:
-    for body, said in (
-        ({"run": "0123456789ab", "depths_mm": [1.0]}, "run must be a run of balance that is done"),
-        ({"run": "0123456789ab", "depths_mm": [1.0], "job": {}}, "the body must be"),
-    ):
-        answer = app.ask("/api/runs", {"verb": "cut", **body})
-        assert (answer.status, said in answer.json["error"]) == (400, True)
-
-
 def test_a_bad_job_fails_with_its_line(app: Served) -> None:
     values = job(balance={"factor": 0.28, "grade": 6.3, "speed_rpm": -1})
     told = app.ended(app.ask("/api/runs", {"verb": "balance", "job": values}).json["id"])
