@@ -59,7 +59,30 @@ def crank_mesh(mesh: Mesh, anatomy: Anatomy, faces: Sequence[Face], others: Sequ
         within = any(web.z_min_mm < pin.centre_mm[2] < web.z_max_mm for web in anatomy.webs)
         if not within and not any(_same(pin, each) for each in pins):
             marks.add_cylinder({"kind": "cylinder", "number": len(marks.parts) + 1}, pin, frame)
-    return marks.packed({"frame": "rotor"})
+    return marks.packed({"frame": "rotor", "anatomy": _coloured(anatomy)})
+
+
+def _coloured(anatomy: Anatomy) -> dict[str, list[list[float]]]:
+    """Return where the parts with colours of their own are, rotor frame [mm].
+
+    Journals and crankpins: x, y, z of the centre, radius, width; webs with counterweights: z from and to, and
+    the direction (2,) away from the crankpin, in which the counterweight begins at the crank axis.
+    """
+    from autobalance.crank.sections import away_from_crankpin
+
+    def round_(pin: Pin) -> list[float]:
+        return [*map(float, pin.centre_mm), 0.5 * float(pin.diameter_mm), float(pin.width_mm)]
+
+    weights = [
+        [float(web.z_min_mm), float(web.z_max_mm), *map(float, away_from_crankpin(web, anatomy))]
+        for web in anatomy.webs
+        if web.counterweight
+    ]
+    return {
+        "journals": [round_(journal) for journal in anatomy.main_journals],
+        "pins": [round_(throw.crankpin) for throw in anatomy.throws],
+        "weights": weights,
+    }
 
 
 def bare_mesh(mesh: Mesh, others: Sequence[Candidate]) -> bytes:
@@ -144,7 +167,12 @@ def result_view(result: BalanceResult) -> bytes:
     left = record.result.solid or before
     shown = Shown.of(result.report, before, record.result.solid, record.result.tools)
     data, meshes = view_data(result.report, shown.body, shown.pieces)
-    head = {"view": data, "note": shown.note, "triangles": len(left.mesh.triangles)}
+    head = {
+        "view": data,
+        "note": shown.note,
+        "triangles": len(left.mesh.triangles),
+        "anatomy": _coloured(result.before.measured.anatomy),
+    }
     edges = creases(shown.body.moved(result.before.file_to_rotor).vertices, shown.body.triangles)
     return packed(head, {"meshes": np.frombuffer(meshes, dtype="u1"), "edges": edges})
 

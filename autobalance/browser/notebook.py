@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from autobalance.verbs.balance import BalanceResult
     from autobalance.verbs.crank import Crank
 
-MODULES = ("buffers.js", "coarse.js", "picking.js", "pieces.js", "view.js", "notebook.js")
+MODULES = ("buffers.js", "anatomy.js", "coarse.js", "picking.js", "pieces.js", "view.js", "notebook.js")
 """Modules of the widget, in the order in which one needs the other."""
 OUTSIDE = re.compile(r"^import .*?;\n|^export (?!default)|^const T = window\.THREE;\n", re.MULTILINE)
 """Modules that only separate modules need."""

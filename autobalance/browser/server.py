@@ -17,6 +17,7 @@ from starlette.types import ASGIApp
 from autobalance.browser.analyses import ANALYSES, wrong_request
 from autobalance.browser.analysis_files import AnalysisFiles
 from autobalance.browser.answers import asset, body_of, drained, file_of, jsonable, packed, refused
+from autobalance.browser.cranks import CrankNames
 from autobalance.browser.guard import TOKEN_HEADER, Guard, Keys, has_cookie
 from autobalance.browser.live import Live
 from autobalance.browser.named_files import named_files
@@ -84,7 +85,7 @@ class Pages:
 
     def __init__(self, project: Project, runs: Runs, keys: Keys, max_upload_bytes: int) -> None:
         self._project, self._runs, self._keys, self._most = project, runs, keys, max_upload_bytes
-        self._live = Live(project, runs)
+        self._live, self._names = Live(project, runs), CrankNames(project)
         self._openings = 0
 
     def routes(self) -> list[Route]:
@@ -106,6 +107,7 @@ class Pages:
             Route("/api/runs/{run}/report", self.report),
             Route("/api/runs/{run}/files/{name}", self.result),
             *self._live.routes(),
+            *self._names.routes(),
             *AnalysisFiles(self._project).routes(),
         ]
 
@@ -155,6 +157,7 @@ class Pages:
         return JSONResponse(
             {
                 "files": self._project.files(),
+                "cranks": self._names.told(),
                 "job_text": self._project.job_text,
                 "job_version": self._project.job_version,
                 "job": jsonable(job_of(self._project)),
@@ -303,7 +306,11 @@ class Pages:
         verb = values.pop("verb", None)
         if not isinstance(verb, str) or verb not in VERBS:
             return refused(f"verb must be one of {', '.join(VERBS)}", 400)
-        look = {"recut": self._wrong_reading, "nc": self._wrong_machine}.get(verb, self._wrong_job)
+        look = {
+            "recut": self._wrong_reading,
+            "nc": self._wrong_machine,
+            "scale": self._wrong_scale,
+        }.get(verb, self._wrong_job)
         wrong = look(values) if verb not in ANALYSES else wrong_request(verb, values, self._project)
         if verb in ANALYSES and not wrong and "job" in values:
             wrong = self._wrong_job({"job": values["job"]})
@@ -334,6 +341,14 @@ class Pages:
         if set(values) - {"run", "machine"} or not isinstance(values.get("machine"), str):
             return 'the body must be {"verb": "nc", "run": ..., "machine": "text of a machine file"}'
         return self._wrong_result(values)
+
+    def _wrong_scale(self, values: dict[str, Any]) -> str:
+        """Return the error in a request to scale a crank's file, "" if it is correct."""
+        factor, stroke = values.get("factor"), values.get("stroke_mm")
+        numbers = all(isinstance(each, int | float) and 0.0 < each < 1e9 for each in (factor, stroke))
+        if set(values) != {"job", "factor", "stroke_mm"} or not numbers:
+            return 'the body must be {"verb": "scale", "job": ..., "factor": ..., "stroke_mm": ...}, both > 0'
+        return self._wrong_job({"job": values["job"]})
 
     def _wrong_result(self, values: dict[str, Any]) -> str:
         run = self._runs.state_of(str(values.get("run")))

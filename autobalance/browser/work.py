@@ -149,6 +149,20 @@ def _read(table: Asked, place: Place, notify: Progress) -> Crank:
         raise
 
 
+def _scale(request: Asked, place: Place, notify: Progress) -> int:
+    """Write the file of a crank scaled to the stroke that somebody knows; the file of before stays."""
+    from autobalance.browser.cranks import scaled_crank
+
+    notify("scaling", 0.1)
+    stroke = float(request["stroke_mm"])
+    file = str(request["job"]["crankshaft"]["file"])
+    name = scaled_crank(Project(place.project), file, float(request["factor"]), stroke)
+    place.results.mkdir(parents=True, exist_ok=True)
+    values = {"command": "scale", "scaled": file, "factor": request["factor"], "stroke_mm": stroke}
+    (place.results / REPORT).write_text(json.dumps({**values, "file": name}), encoding="utf-8")
+    return 0
+
+
 def _balance(request: Asked, place: Place, notify: Progress) -> int:
     import autobalance as ab
 
@@ -358,6 +372,7 @@ def _report(place: Place, result: VerbResult) -> None:
 
 VERBS: dict[str, Callable[[Asked, Place, Progress], int]] = {
     "inspect": _inspect,
+    "scale": _scale,
     "balance": _balance,
     "recut": _recut,
     "nc": _nc,

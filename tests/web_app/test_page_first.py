@@ -3,7 +3,9 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+import autobalance as ab
 from tests import jobs
 from tests.cranks import Shape, make_crank
 from tests.report.browser import Browser
@@ -66,14 +68,37 @@ def test_a_stroke_that_is_known_says_the_unit(window: Browser, app: Served, tmp_
         runs = app.ask("/api/runs").json["runs"]
         report = app.ask(f"/api/runs/{runs[-1]['id']}/report").json
         stroke = 2.0 * report["crank"]["throws"][0]["crank_radius_mm"]
-        put(page, stroke="79")
-        page.click_on(at("by-stroke"))
-        assert f"{stroke:.3f}" in page.run("return document.getElementById('stroke-note').textContent")
-        assert page.run(ASKED) == "true"
         put(page, stroke=f"{25.4 * stroke:.2f}")
         page.click_on(at("by-stroke"))
         until(page, f"{ASKED} === 'false'")
         until(page, "return document.getElementById('job-text').textContent.includes('unit = \"inch\"')")
+
+
+def test_a_stroke_that_fits_no_unit_scales_the_solid_which_the_command_line_then_has(
+    window: Browser, app: Served, tmp_path: Path
+) -> None:
+    page, path = load(window, app), small.crank(tmp_path)
+    with nothing_wrong(page, app):
+        chosen(page, path)
+        until(page, f"{ASKED} === 'true' && {READY.removeprefix('return ')}")
+        runs = app.ask("/api/runs").json["runs"]
+        report = app.ask(f"/api/runs/{runs[-1]['id']}/report").json
+        before = 2.0 * report["crank"]["throws"][0]["crank_radius_mm"]
+        original = report["input"]["file"].rpartition("/")[2]
+        put(page, stroke="79")
+        page.click_on(at("by-stroke"))
+        says = until(page, "return document.querySelector('[data-testid=scaled]')?.textContent")
+        assert original in says
+        assert "79.00 mm" in says
+        until(page, "return document.getElementById('tree').textContent.includes('39.50 mm')")
+        job = app.ask("/api/project").json["job"]
+        assert job["crankshaft"]["unit"] == "mm"
+        scaled = app.project / job["crankshaft"]["file"]
+        assert (app.project / original).read_bytes() == path.read_bytes()  # the original stays
+        assert jobs.corners_of(scaled) == pytest.approx(79.0 / before * jobs.corners_of(path), rel=1e-6)
+        same = ab.inspect(ab.read_crank(scaled, unit="mm", density_kg_m3=7850.0)).report
+        assert 2.0 * same["crank"]["throws"][0]["crank_radius_mm"] == pytest.approx(79.0, abs=0.005)
+        assert page.run("return document.querySelectorAll('#unit-yes').length") == 0
 
 
 def test_of_two_bodies_the_solid_is_shown_and_the_question_has_three_answers(

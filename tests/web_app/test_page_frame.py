@@ -1,11 +1,12 @@
 """The frame about every step: one state line with one main button, and nothing cut off at any width."""
 
+import math
 from typing import Any
 
 import pytest
 
 from tests.report.browser import Browser
-from tests.web_app.page import BROWSER, at, put, text_of, until
+from tests.web_app.page import BROWSER, at, latest, put, text_of, until
 from tests.web_app.serving import Served
 
 pytestmark = BROWSER
@@ -31,6 +32,34 @@ COLOURS = """
 const { group } = document.getElementById("model").view.sets.crank;
 return group.children.map(each => each.userData.ink);
 """
+
+
+WEIGHTS = """
+const { sets: { crank } } = document.getElementById("model").view;
+const made = crank.group.children.find(each => each.userData.ink === "weight");
+return [...made.geometry.attributes.position.array].filter((_, k) => k % 3 === 0).map(x => -x);
+"""
+AXIS = """
+const view = document.getElementById("model").view, box = view.box.getBoundingClientRect();
+const [x, y] = view.placed([0, 0, 0]);
+return [box.x + x, box.y + y];
+"""
+PIN = """
+const { view } = document.getElementById("model");
+return view.whereIs(view.parts.findIndex(each => each.kind === "main_journal") + 1);
+"""
+WHEEL = """
+const view = document.getElementById("model").view, box = view.box.getBoundingClientRect();
+const [x, y] = view.placed([0, 0, 0]).map((value, axis) => value + [box.x, box.y, 0][axis]);
+return [...document.getElementById("wheel-names").children].map(each => {
+  const at = each.getBoundingClientRect();
+  return [each.textContent, at.x + at.width / 2 - x, at.y + at.height / 2 - y];
+});
+"""
+MEASURED = (
+    "Object.fromEntries([...document.querySelectorAll('[data-measured]')]"
+    ".map(each => [each.dataset.measured, Number(each.dataset.value)]))"
+)
 
 
 @pytest.mark.parametrize("width", [1440, 1024, 390])
@@ -75,7 +104,46 @@ def test_the_steps_say_how_far_each_is(page: Browser, project: Served) -> None:
 
 
 def test_journals_and_crankpins_have_their_colours_at_first_sight(page: Browser) -> None:
-    assert {"journal", "pin"} <= set(page.run(COLOURS))
+    assert {"journal", "pin", "weight"} <= set(page.run(COLOURS))
+    found = page.run(WEIGHTS)
+    assert min(found) >= -1e-4  # a counterweight is what is beyond the axis, away from its crankpin
+    assert max(found) > 50.0
+
+
+def test_a_wheel_has_its_zero_and_a_measure_the_places_that_were_clicked(
+    page: Browser, project: Served
+) -> None:
+    page.click_on(at("tab-open"))
+    page.click_on("#views button:nth-child(3)")  # Rear: from +z, angles go counter-clockwise
+    page.click_on(at("tool-degrees"))
+    names = until(page, WHEEL)
+    for text, x, y in names:
+        wanted = float(text.partition("°")[0])
+        angle = math.degrees(math.atan2(-x, -y)) % 360.0  # the camera's up is the direction of the crankpin
+        assert abs((angle - wanted + 180.0) % 360.0 - 180.0) < 0.5, text
+    assert names[0][0] == "0° P1↺"
+    page.click_on(at("tool-measure"))
+    middle = page.run(AXIS)
+    page.click(middle[0] + 20.0, middle[1] + 90.0)
+    page.click(middle[0] - 35.0, middle[1] + 70.0)
+    shown = until(page, f"const all = {MEASURED}; return all.distance !== undefined && all")
+    per = page.run(
+        "const { camera, box } = document.getElementById('model').view;"
+        "return (camera.right - camera.left) / camera.zoom / box.clientWidth"
+    )
+    assert shown["distance"] == pytest.approx(per * math.hypot(55.0, 20.0), rel=0.02)  # on one face
+    assert shown["radius-1"] == pytest.approx(per * math.hypot(20.0, 90.0), rel=0.02)
+    assert shown["angle-1"] == pytest.approx(math.degrees(math.atan2(-20.0, -90.0)) % 360.0, abs=1.0)
+    assert shown["between"] == pytest.approx(
+        math.degrees(math.atan2(20.0, 90.0) + math.atan2(35.0, 70.0)), abs=1.0
+    )
+    page.click_on("#views button:nth-child(4)")  # Side: a journal is seen along its length
+    page.click(*until(page, PIN))
+    diameter = until(page, f"return {MEASURED}['diameter-1']")
+    report = latest(project, "inspect")["report"]
+    assert diameter == report["crank"]["main_journals"][0]["diameter_mm"]
+    page.click_on(at("tool-measure"))
+    page.click_on(at("tool-degrees"))
 
 
 def test_a_bar_is_there_only_while_something_runs(page: Browser) -> None:

@@ -45,6 +45,30 @@ def test_results_stand_under_their_crank_and_any_two_side_by_side(window: Browse
     had_back(page, app, runs)
 
 
+def test_a_crank_has_the_name_that_its_user_gives_it(page: Browser, project: Served) -> None:
+    def named(name: str) -> None:
+        page.click_on(at("tab-open"))
+        put(page, crank_called=name)
+        page.run("document.getElementById('crank-called').dispatchEvent(new Event('change'))")
+        until(
+            page, "return document.getElementById('crank-name').textContent === arguments[0]", name or "small"
+        )
+
+    named("V8: 001")
+    page.click_on(at("tab-see"))
+    saved = "return [...document.querySelectorAll('#downloads a')].map(each => each.download)"
+    assert all(name.startswith("V8- 001-") for name in page.run(saved))
+    page.click_on(at("tab-history"))
+    title = "return document.querySelector('[data-testid=history-crank] h3').textContent"
+    assert page.run(title) == "V8: 001 open now"
+    load(page, project)
+    assert page.run("return document.getElementById('crank-name').textContent") == "V8: 001"
+    refused = project.ask("/api/cranks", {"file": small.NAME, "name": "a\nb"}, "PUT")
+    assert refused.status == 400
+    assert project.ask("/api/cranks", {"file": "other.stl", "name": "a"}, "PUT").status == 400
+    named("")
+
+
 def had_back(page: Browser, app: Served, runs: list[str]) -> None:
     """Delete a result, have it back, delete it again: its files go once it cannot be had back."""
     page.run(BUTTON, runs[0])

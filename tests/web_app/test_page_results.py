@@ -211,6 +211,7 @@ def test_the_list_of_cuts_says_where_and_turns_the_view_to_each(page: Browser, p
 
 def test_a_section_cuts_away_what_is_beyond_its_plane(page: Browser) -> None:
     page.click_on(at("tab-see"))
+    page.click_on(at("tool-section"))
     put(page, section="z", section_at=40)
     place = float(
         re.search(
@@ -230,7 +231,7 @@ def test_a_section_cuts_away_what_is_beyond_its_plane(page: Browser) -> None:
     cut = until(page, heights)
     assert len(cut) > 20
     assert max(cut) <= place + 0.1
-    put(page, section="none")
+    page.click_on(at("tool-section"))
     assert max(until(page, heights)) > place + 5.0
 
 

@@ -21,6 +21,7 @@ import * as open from "/static/open.js";
 import * as parts from "/static/parts.js";
 import * as place from "/static/place.js";
 import * as runs from "/static/runs.js";
+import * as stageTools from "/static/stage-tools.js";
 import * as settings from "/static/settings.js";
 import { mount, redraw } from "/static/store.js";
 import * as see from "/static/see.js";
@@ -80,7 +81,8 @@ async function begin() {
   Object.assign(state, { declared, usual: declared.parts, presets: declared.presets, analyses: declared.analyses });
   translated(document.body);
   limits.setUp(declared.kinds);
-  for (const each of [open, correct, see, drag, views, keys]) each.setUp(view);
+  view.words = t;
+  for (const each of [open, correct, see, drag, views, keys, stageTools]) each.setUp(view);
   for (const each of [dragPanels, parts, jobText, analyse, board, machine, nc, settings, helpLine, webs, history, frame]) each.setUp();
   clash.setUp($("clash-root"));
   mount(Toast, $("toast-root"));
@@ -103,6 +105,7 @@ async function begin() {
 // A project that says no crank has the first that lies in it.
 function proposed(found) {
   state.text = knows(found).job_text;
+  state.cranks = found.cranks;
   state.file ||= found.files.find((name) => CRANKS.includes(ending(name))) || null;
   redraw();
 }
@@ -127,6 +130,7 @@ const again = guarded(async (going) => {
 
 window.addEventListener("focus", behind(async () => {
   await clash.news();
+  state.cranks = (await askJson("/api/cranks")).cranks;
   runs.list((await askJson("/api/runs")).runs);
 }));
 

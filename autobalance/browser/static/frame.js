@@ -1,7 +1,7 @@
 // The frame about every step: the crank's name, the steps with their states, the state line with its one main button, the polars.
 import { html } from "/static/preact.min.js";
 import { $, shown, withUnit } from "/static/tools.js";
-import { emit, isUnitAsked, state, unitOfFile } from "/static/job.js";
+import { crankName, emit, isUnitAsked, state, unitOfFile } from "/static/job.js";
 import { run as analyse } from "/static/analyse.js";
 import { balance } from "/static/correct.js";
 import { chosen, listed } from "/static/limits.js";
@@ -20,10 +20,9 @@ import { t } from "/static/words.js";
 
 const tab = () => document.body.dataset.tab;
 const to = (name) => () => emit("tab", name);
-const stem = (name) => name.replace(/\.[^.]+$/, "");
 
 export function setUp() {
-  mount(() => (state.file ? stem(state.file) : "autobalance"), $("crank-name"));
+  mount(() => (state.file ? crankName(state.file) : "autobalance"), $("crank-name"));
   STEPS.forEach(([name, words, told], place) => mount(() => html`<${Step} name=${name} words=${words} number=${place + 1} ...${told()}/>`, $(`tab-${name}`)));
   mount(Line, $("line"));
   mount(Strip, $("strip"));
@@ -142,7 +141,7 @@ function Strip() {
   return found ? contents("preview-polar", previewPolars(found)) : "";
 }
 
-const PARTS = [["journal", "main journals"], ["pin", "crankpins"], ["web", "webs and counterweights"]];
+const PARTS = [["journal", "main journals"], ["pin", "crankpins"], ["web", "webs"], ["weight", "counterweights"]];
 const GONE = [["cut", "removed metal"]];
 const isOfResult = () => ["see", "machine"].includes(tab()) && state.result;
-const Key = () => (state.inspected || state.result ? (isOfResult() ? GONE : PARTS).map(([colour, words]) => html`<span><i class="swatch" style=${{ "--c": `var(--${colour})` }}></i>${t(words)}</span>`) : "");
+const Key = () => (state.inspected || state.result ? (isOfResult() ? [...GONE, ...PARTS] : PARTS).map(([colour, words]) => html`<span><i class="swatch" style=${{ "--c": `var(--${colour})` }}></i>${t(words)}</span>`) : "");

@@ -2,9 +2,9 @@
 import { html } from "/static/preact.min.js";
 import { $, shown } from "/static/tools.js";
 import { askJson, behind, guarded, post } from "/static/server.js";
-import { brought, changed, emit, on, state } from "/static/job.js";
+import { brought, changed, crankName, emit, on, state } from "/static/job.js";
 import { nameOf, results, takeAway } from "/static/runs.js";
-import { open } from "/static/open.js";
+import { Scaled, open } from "/static/open.js";
 import { mount, redraw, signal } from "/static/store.js";
 import { judgement } from "/static/verdict.js";
 import { manyWords } from "/static/kind-cards.js";
@@ -13,7 +13,6 @@ import { locale, t } from "/static/words.js";
 
 const reports = new Map(); // id → report
 const ticked = signal([]); // ids of at most two, the latest last
-const stem = (name) => (name || "").replace(/\.[^.]+$/, "");
 
 export function setUp() {
   mount(History, $("panel-history"));
@@ -31,7 +30,7 @@ function History() {
 
 function Crank({ crank, runs }) {
   const isOpen = crank === state.file, again = guarded(async () => { await brought(() => post("/api/open", { file: crank }), true); changed(); await open(); emit("tab", "open"); });
-  return html`<section class="of-crank" data-testid="history-crank" data-crank=${crank}><div class="top"><h3>${stem(crank) || t("From elsewhere")} ${isOpen ? html`<span class="badge" data-tone="plain">${t("open now")}</span>` : ""}</h3>${isOpen || !crank ? "" : html`<button type="button" class="small" onClick=${again}>${t("Open")}</button>`}</div>
+  return html`<section class="of-crank" data-testid="history-crank" data-crank=${crank}><div class="top"><h3>${crankName(crank) || t("From elsewhere")} ${isOpen ? html`<span class="badge" data-tone="plain">${t("open now")}</span>` : ""}</h3>${isOpen || !crank ? "" : html`<button type="button" class="small" onClick=${again}>${t("Open")}</button>`}</div><${Scaled} file=${crank}/>
     <table><thead><tr><td></td><th scope="col">${t("result")}</th><th scope="col">${t("left of permitted")}</th><td></td><th scope="col">${t("made")}</th><td></td></tr></thead><tbody>${runs.map((told) => html`<${Result} key=${told.id} told=${told}/>`)}</tbody></table></section>`;
 }
 
@@ -64,5 +63,5 @@ function Two({ runs }) {
     const values = [value(one), value(other)], isKnown = values.every((each) => typeof each === "number"), best = isLess && isKnown && Math.abs(values[0] - values[1]) > 1e-9 ? values.indexOf(Math.min(...values)) : -1;
     return html`<tr><th scope="row">${t(words)}${unit ? ` [${unitOf(unit)}]` : ""}</th>${values.map((each, k) => html`<td class="num" data-value=${String(each)}>${k === best ? html`<b>${shown(each, digits, unit)}</b>` : shown(each, digits, unit)}</td>`)}</tr>`;
   };
-  return html`<aside class="of-crank" data-testid="compare-two" aria-label=${t("Compare two")}><h3>${t("Compare two")}</h3><table><thead><tr><td></td>${both.map((told) => html`<th scope="col">${stem(told.crank)}<br/>${cutsOf(reports.get(told.id))}<br/><small>${when(told)}</small></th>`)}</tr></thead><tbody>${LINES.map(line)}</tbody></table><p class="quiet">${t("Bold is the better one where better has a meaning.")}</p></aside>`;
+  return html`<aside class="of-crank" data-testid="compare-two" aria-label=${t("Compare two")}><h3>${t("Compare two")}</h3><table><thead><tr><td></td>${both.map((told) => html`<th scope="col">${crankName(told.crank)}<br/>${cutsOf(reports.get(told.id))}<br/><small>${when(told)}</small></th>`)}</tr></thead><tbody>${LINES.map(line)}</tbody></table><p class="quiet">${t("Bold is the better one where better has a meaning.")}</p></aside>`;
 }

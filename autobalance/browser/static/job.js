@@ -23,7 +23,11 @@ export const state = {
   inspected: null, // { id, report } of the crank that is shown
   result: null, // { id, report, told } of the run that is shown
   text: "",
+  cranks: {}, // file → { name, scaled_from, factor, stroke_mm }: what is known beside the files
 };
+// What a crank is called: as its user named it, else as its file without the ending; and as a file's name may begin.
+export const crankName = (file) => state.cranks[file || ""]?.name || (file || "").replace(/\.[^.]+$/, "");
+export const asFileName = (name) => name.replace(/[\\/:*?"<>|]/g, "-").replace(/^\.+/, "");
 
 const listeners = {};
 export const on = (name, work) => (listeners[name] ||= []).push(work);
@@ -180,6 +184,15 @@ export async function brought(asks, isAnother = false) {
     coming--;
     if (sent !== changes) kept();
   }
+}
+// The same crank by another file: what is typed stays, steps of before would bring back the other solid.
+export function ofFile(file, changes) {
+  state.inspected = null;
+  state.file = file;
+  for (const [path, value] of Object.entries(changes)) keep(path, value);
+  past.length = future.length = 0;
+  emit("gone");
+  changed();
 }
 function forget(isTyped) {
   state.inspected = state.file = null;

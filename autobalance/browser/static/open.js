@@ -1,13 +1,13 @@
 // Open: the crank that is looked at, what was recognised in it and what is in doubt, and what a user says of it.
 import { html } from "/static/preact.min.js";
 import { $, ending, shown, typed, withUnit } from "/static/tools.js";
-import { askBuffer, askJson, askLeft, guarded, say } from "/static/server.js";
-import { UNITLESS, assumed, at, changed, crankshaft, emit, isUnitAsked, keep, on, state, unitOfFile } from "/static/job.js";
+import { askBuffer, askJson, askLeft, guarded, put, say } from "/static/server.js";
+import { UNITLESS, assumed, at, changed, crankName, crankshaft, emit, isUnitAsked, keep, ofFile, on, state, unitOfFile } from "/static/job.js";
 import { JobField } from "/static/fields.js";
 import { coming, dropped, example, over, sending, sent, setUp as takeFiles } from "/static/files.js";
 import { Measured } from "/static/measured.js";
 import { start } from "/static/runs.js";
-import { mount, redrawNow, signal } from "/static/store.js";
+import { mount, redraw, redrawNow, signal } from "/static/store.js";
 import { Tree } from "/static/tree.js";
 import { plain, t } from "/static/words.js";
 
@@ -71,7 +71,7 @@ function meanwhile(mine) {
   let asked = false;
   return async (told) => {
     if (mine !== opening) return;
-    if (!asked) view.say(`${told.words} …`);
+    if (!asked) view.say(t("Reading …"));
     if (asked || !told.share) return;
     asked = true;
     const mesh = await askBuffer(`/api/runs/${told.id}/mesh`).catch(() => null); // the run tells what went wrong
@@ -173,12 +173,24 @@ const PINS = { "": "find out", true: "yes", false: "no, pressed up" };
 function Open() {
   if (!state.file && !coming.value) return html`<${First}/>`;
   const pin = at("crankshaft.crankpin_in_file"), setPin = ({ target }) => { keep("crankshaft.crankpin_in_file", target.value === "" ? undefined : target.value === "true"); changed(); };
-  return html`<h2>${state.file || coming.value}</h2><${Unit}/><${Bodies}/><ul id="doubts" aria-label=${t("Warnings")} aria-live="polite">${doubts.value.map((each) => html`<li>${each}</li>`)}</ul><${Cylinder}/>
+  return html`<${Name}/><${Unit}/><${Bodies}/><ul id="doubts" aria-label=${t("Warnings")} aria-live="polite">${doubts.value.map((each) => html`<li>${each}</li>`)}</ul><${Cylinder}/>
     <h3>${t("Recognised features")}</h3><${Tree} report=${state.inspected?.report} row=${chosen.value.row} choose=${choose}/><${Cylinders}/>
     <div class="fields"><${JobField} id="density" testid="density" table="crankshaft" label=${t("Density [kg/m³]")} field=${{ ...DENSITY, default: String(assumed.density_kg_m3) }} help=${false}/>
       <label>${t("Crankpin in the file")} <select data-testid="crankpin-in-file" id="crankpin-in-file" value=${pin === undefined ? "" : String(pin)} onInput=${setPin}>${Object.entries(PINS).map(([value, words]) => html`<option value=${value}>${t(words)}</option>`)}</select></label></div>
     <p class="buttons"><button type="button" data-testid="open" id="open" onClick=${async () => { await sending; open(); }}>${t("Measure it again")}</button> <button type="button" id="forget-overrides" hidden=${!at("crankshaft.main_journals") && !at("crankshaft.crankpins")} onClick=${forget}>${t("Recognise it all again")}</button></p>
     <details class="fold" id="other-crank"><summary>${t("Another crank")}</summary><${Ways}/></details>`;
+}
+
+// What the crank is called: at first as its file; the names of its papers begin with it.
+const rename = guarded(async ({ target }) => { state.cranks = (await put("/api/cranks", { file: state.file, name: target.value })).cranks; redraw(); });
+function Name() {
+  if (!state.file || coming.value) return html`<h2>${coming.value || state.file}</h2>`;
+  return html`<label class="named">${t("Name of the crank")} <input id="crank-called" data-testid="crank-called" maxlength="80" value=${crankName(state.file)} onChange=${rename}/><small class="quiet">${t("File: {file}", { file: state.file })}</small></label><${Scaled} file=${state.file}/>`;
+}
+// Where a crank's solid comes from, if its file was scaled.
+export function Scaled({ file }) {
+  const { scaled_from: from, factor, stroke_mm: stroke } = state.cranks[file] || {};
+  return from ? html`<p class="quiet" data-testid="scaled">${t("Scaled from {file} by {factor}, so that the stroke is {stroke}.", { file: from, factor: plain(Number(factor.toPrecision(6))), stroke: withUnit(stroke, 2, "mm") })}</p>` : "";
 }
 
 // Nothing is open: what the program does, and three ways in.
@@ -204,13 +216,29 @@ function byStroke(again) {
   const wanted = typed(strokeTyped.value.text), found = state.inspected?.report.crank.throws[0], says = (why) => { strokeTyped.value = { ...strokeTyped.value, why }; };
   if (typeof wanted !== "number" || !(wanted > 0) || !found) { says(t("Enter the stroke in mm, above 0.")); return; }
   const inFile = (2 * found.crank_radius_mm) / MM_PER[unitOfFile()], unit = UNITS.find((each) => Math.abs(wanted / (inFile * MM_PER[each]) - 1) < CLOSE);
-  if (!unit) { says(t("In no unit is the stroke {wanted} mm: in the file it is {stroke}. Scale the model by {factor} and open it in mm.", { wanted: shown(wanted, 2), stroke: shown(inFile, 3), factor: plain(Number((wanted / inFile).toPrecision(6))) })); return; }
+  if (!unit) { scaled(wanted, wanted / inFile); return; }
   strokeTyped.value = { text: "", why: "" };
   assumed.unit = unit;
   keep("crankshaft.unit", unit);
   changed();
   again();
 }
+// A stroke that fits no unit: the solid is scaled to it, as a file of its own in mm; what was said of its cylinders goes with it.
+const scaled = guarded(async (stroke, factor) => {
+  const told = await start("scale", { job: { crankshaft: { file: state.file } }, factor, stroke_mm: stroke }, state.file);
+  if (!told) return;
+  const { file } = await askJson(`/api/runs/${told.id}/report`), grown = factor / MM_PER[unitOfFile()];
+  state.cranks = (await askJson("/api/cranks")).cranks;
+  strokeTyped.value = { text: "", why: "" };
+  assumed.unit = "mm";
+  const changes = { "crankshaft.unit": "mm" };
+  for (const key of ["main_journals", "crankpins"]) {
+    const said = at(`crankshaft.${key}`);
+    if (said) changes[`crankshaft.${key}`] = said.map((each) => ({ centre_mm: each.centre_mm.map((value) => grown * value), diameter_mm: grown * each.diameter_mm, width_mm: grown * each.width_mm }));
+  }
+  ofFile(file, changes);
+  await open();
+});
 function Unit() {
   if (!UNITLESS.includes(ending(coming.value || state.file))) return html`<div id="unit-field" hidden></div>`;
   const isAsked = isUnitAsked(), answer = (unit) => { assumed.unit = unit; keep("crankshaft.unit", unit); changed(); };
@@ -218,7 +246,7 @@ function Unit() {
   const again = async () => { await sending; if (state.file) open(); };
   return html`<div id="unit-field" class="tell" data-tone=${isAsked ? "warn" : "plain"} data-testid="unit-question" data-asked=${String(isAsked)}>${isAsked ? html`<h3>${t("Is the file in {unit}?", { unit: t(unitOfFile()) })}</h3><p>${t("The file has no unit.")}${long() === null ? "" : ` ${t("In {unit} the crank is {length} from the first web to the last.", { unit: t(unitOfFile()), length: withUnit(long(), 0, "mm") })}`}</p>` : ""}
     <label>${t("Unit of the file")} <select data-testid="unit" id="unit" value=${unitOfFile()} onInput=${setUnit} onChange=${again}>${UNITS.map((each) => html`<option value=${each}>${t(each)}</option>`)}</select></label>${isAsked ? html` <button type="button" id="unit-yes" data-testid="unit-yes" onClick=${() => answer(unitOfFile())}>${t("Yes, {unit}", { unit: t(unitOfFile()) })}</button>
-    <div class="stroke"><label>${t("or: my stroke is [mm]")} <input id="stroke" data-testid="stroke" inputMode="decimal" value=${strokeTyped.value.text} aria-describedby="stroke-note" aria-invalid=${strokeTyped.value.why ? "true" : undefined} onInput=${({ target }) => { strokeTyped.value = { text: target.value, why: "" }; }}/></label> <button type="button" data-testid="by-stroke" onClick=${() => byStroke(again)}>${t("Find the unit")}</button><small class="note" id="stroke-note">${strokeTyped.value.why}</small></div>` : ""}</div>`;
+    <div class="stroke"><label>${t("or: my stroke is [mm]")} <input id="stroke" data-testid="stroke" inputMode="decimal" value=${strokeTyped.value.text} aria-describedby="stroke-note" aria-invalid=${strokeTyped.value.why ? "true" : undefined} onInput=${({ target }) => { strokeTyped.value = { text: target.value, why: "" }; }}/></label> <button type="button" data-testid="by-stroke" onClick=${() => byStroke(again)}>${t("Use my stroke")}</button><small class="note" id="stroke-note">${strokeTyped.value.why}</small></div>` : ""}</div>`;
 }
 
 // How long the crank is in the unit that the page took: a wrong one is seen at once.

@@ -1,7 +1,7 @@
 // Runs: several at once, each followed to its end; a page that comes back finds them.
 import { html } from "/static/preact.min.js";
 import { askJson, guarded, post, remove, say } from "/static/server.js";
-import { emit, state } from "/static/job.js";
+import { crankName, emit, state } from "/static/job.js";
 import { signal } from "/static/store.js";
 import { STAYS_MS, toast } from "/static/toast.js";
 import { locale, t } from "/static/words.js";
@@ -93,7 +93,7 @@ function Item({ told }) {
   const { id, verb } = told, done = told.state === "done" && ["balance", "recut"].includes(verb);
   const doing = told.state === "running" ? `${told.words}, ${Math.round(100 * told.share)} %` : t(told.state);
   const button = (words, work) => html`<button type="button" aria-label=${`${t(words)} ${verb} ${id}`} onClick=${work}>${t(words)}</button>`;
-  return html`<li data-run=${id} data-state=${told.state} aria-current=${state.result?.id === id ? "true" : undefined}><span><b>${(told.crank || "").replace(/\.[^.]+$/, "")}</b> ${verb}${words[id] ? ` ${words[id]}` : ""}: ${doing}${told.state === "done" ? html` <small>${new Date(told.started).toLocaleString(locale, { dateStyle: "short", timeStyle: "short" })}</small>` : ""}${told.error ? ` – ${told.error}` : ""}</span>
+  return html`<li data-run=${id} data-state=${told.state} aria-current=${state.result?.id === id ? "true" : undefined}><span><b>${crankName(told.crank)}</b> ${verb}${words[id] ? ` ${words[id]}` : ""}: ${doing}${told.state === "done" ? html` <small>${new Date(told.started).toLocaleString(locale, { dateStyle: "short", timeStyle: "short" })}</small>` : ""}${told.error ? ` – ${told.error}` : ""}</span>
     <span class="buttons">${done ? button("Show", () => { emit("show", told); emit("tab", "see"); }) : ""}${ENDED.includes(told.state) ? button("Delete", () => taken(told)) : button("Cancel", guarded(() => cancel(id)))}</span></li>`;
 }
 
@@ -107,7 +107,7 @@ function taken(told) {
   toast(t("Deleted: {name}", { name: nameOf(told) }), { words: t("Undo"), work: back });
 }
 export const takeAway = taken;
-export const nameOf = ({ id, verb, crank }) => [(crank || "").replace(/\.[^.]+$/, ""), verb, words[id]].filter((each) => each).join(" ");
+export const nameOf = ({ id, verb, crank }) => [crankName(crank), verb, words[id]].filter((each) => each).join(" ");
 // The results of the project, the latest first.
 export const results = () => listed.value.filter((told) => told.state === "done" && ["balance", "recut"].includes(told.verb) && !leaving.value.has(told.id));
 export const isHidden = (id) => leaving.value.has(id);

@@ -2,7 +2,7 @@
 import { html } from "/static/preact.min.js";
 import { $, withUnit } from "/static/tools.js";
 import { askBuffer, askJson, askText, guarded, post } from "/static/server.js";
-import { applied, brought, changed, emit, on, state } from "/static/job.js";
+import { applied, asFileName, brought, changed, crankName, emit, on, state } from "/static/job.js";
 import { Listed, balance } from "/static/correct.js";
 import { Doubts, Numbers } from "/static/result.js";
 import { Cuts, outOf } from "/static/cuts.js";
@@ -15,10 +15,9 @@ import { changeText, judged } from "/static/verdict.js";
 import { locale, t } from "/static/words.js";
 
 const FILES = { "report.html": "Report as a page", "sheet.pdf": "Shop sheet", "balance.xlsx": "Workbook", "crank-before.png": "Picture before", "crank-after.png": "Picture after", "history.html": "History of stages", "reading.toml": "Blank reading file", "certificate.pdf": "Certificate", "bob-weights.pdf": "Bob-weight card", "holes.csv": "List of holes", "drawing.dxf": "Drawing (DXF)" };
-const AXES = { none: "none", z: "the axis", x: "the throw", y: "y" };
 let view = null;
 const none = signal("No result yet"); // what stands where no result is
-const look = { fade: 100, axis: "none", at: 50, place: null }; // how the view shows the result
+const look = { fade: 100 }; // how the view shows the result
 
 export function setUp(model) {
   view = model;
@@ -50,7 +49,7 @@ export const isOfThis = (told) => !told.crank || told.crank === state.file;
 // A run that ended: its result is shown if its crank still is.
 export async function ended(told) {
   if (isOfThis(told)) { await show(told); return true; }
-  toast(t("The result of {crank} is ready, among the runs.", { crank: told.crank }));
+  toast(t("The result of {crank} is ready, among the runs.", { crank: crankName(told.crank) }));
   redraw();
   return false;
 }
@@ -82,7 +81,7 @@ async function model(id) {
 }
 
 // The job that made this result, as a file.
-const saveJob = guarded(async () => save("job.toml", await askText(`/api/runs/${state.result.id}/job`)));
+const saveJob = guarded(async () => save(`${asFileName(crankName(state.result.told?.crank))}-job.toml`, await askText(`/api/runs/${state.result.id}/job`)));
 function save(name, text) {
   const url = URL.createObjectURL(new Blob([text], { type: "application/toml" }));
   Object.assign(document.createElement("a"), { href: url, download: name }).click();
@@ -99,7 +98,7 @@ function Verdict() {
   const found = judged(), { report, told } = state.result || {};
   if (!found) return html`<div role="status" data-testid="verdict" id="verdict" data-outcome=""><h2>${t(none.value)}</h2></div><p data-testid="reason" id="reason"></p>`;
   const { tone, words, says, why, changes } = found;
-  return html`<div role="status" data-testid="verdict" id="verdict" class="verdict" data-outcome=${report.outcome} data-proven=${report.proven === false ? "false" : "true"} data-tone=${tone}><h2>${words}</h2><p>${says} ${why}</p>${told?.crank ? html`<p class="of" id="result-of">${told.crank}, ${new Date(told.started).toLocaleString(locale)}</p>` : ""}
+  return html`<div role="status" data-testid="verdict" id="verdict" class="verdict" data-outcome=${report.outcome} data-proven=${report.proven === false ? "false" : "true"} data-tone=${tone}><h2>${words}</h2><p>${says} ${why}</p>${told?.crank ? html`<p class="of" id="result-of">${crankName(told.crank)}, ${new Date(told.started).toLocaleString(locale)}</p>` : ""}
     ${tone === "stale" ? html`<ul id="job-changed" data-testid="job-changed" aria-label=${t("Changed since then")}>${changes.slice(0, 3).map((each) => html`<li>${changeText(each)}</li>`)}${changes.length > 3 ? html`<li>${t("and {count} more", { count: changes.length - 3 })}</li>` : ""}</ul><p class="buttons"><button type="button" data-testid="cut-again" onClick=${() => balance()}>${t("Cut again")}</button> <button type="button" data-testid="job-of" onClick=${() => back(told)}>${t("Job of this result")}</button></p>` : ""}</div><p data-testid="reason" id="reason">${report.reason || ""}</p>`;
 }
 // The job as it was when this result was made.
@@ -119,7 +118,7 @@ const PAPERS = [["For the machinist", ["sheet.pdf", "holes.csv", "drawing.dxf"]]
 
 // Files by who needs them; each is saved under a name that starts with the crank's.
 function Files() {
-  const { id, report, told, papers = [] } = state.result || {}, solid = report?.outputs.solid?.file, crank = (told?.crank || "").replace(/\.[^.]+$/, "");
+  const { id, report, told, papers = [] } = state.result || {}, solid = report?.outputs.solid?.file, crank = asFileName(crankName(told?.crank));
   if (!report) return "";
   const link = (name, words, more = {}) => html`<a href=${`/api/runs/${id}/${more.room || "files"}/${encodeURIComponent(name)}`} download=${crank ? `${crank}-${name}` : name} data-file=${name} id=${more.id} data-testid=${more.id}>${t(words)}</a> `;
   const files = (told?.files || []).filter((name) => name !== "report.json" && name !== solid), grouped = PAPERS.flatMap(([, names]) => names);
@@ -129,12 +128,9 @@ function Files() {
     <p><small>${t("For you")}</small>${solid ? link(solid, "Corrected solid", { id: "download-solid" }) : ""}${link("report.json", "Report", { id: "download-report" })}${others.map(known)}<button type="button" id="download-job" hidden=${!told?.crank} onClick=${saveJob}>${t("Job")}</button></p></div>`;
 }
 
-// Before to after, and a section.
+// Before to after.
 function Look() {
   const share = look.fade / 100;
   const fade = ({ target }) => { look.fade = Number(target.value); view.fade(1 - look.fade / 100); redraw(); };
-  const section = (key) => ({ target }) => { look[key] = key === "at" ? Number(target.value) : target.value; look.place = view.section(look.axis, look.at / 100); redraw(); };
-  return html`<div class="fields view-fields"><label class="slider"><span>${t("Before to after")}</span><input type="range" id="fade" data-testid="fade" min="0" max="100" value=${look.fade} aria-valuetext=${share === 0 ? t("before") : share === 1 ? t("after") : `${look.fade} % ${t("after")}`} onInput=${fade}/></label>
-    <label>${t("Section across")} <select id="section" data-testid="section" value=${look.axis} onInput=${section("axis")}>${Object.entries(AXES).map(([value, words]) => html`<option value=${value}>${t(words)}</option>`)}</select></label>
-    <label class="slider"><span>${t("at")} <output id="section-says">${look.place === null ? "" : `${look.axis} = ${withUnit(look.place, 1, "mm")}`}</output></span><input type="range" id="section-at" data-testid="section-at" aria-label=${t("Place of the section")} min="0" max="100" value=${look.at} disabled=${look.axis === "none"} onInput=${section("at")}/></label></div>`;
+  return html`<div class="fields view-fields"><label class="slider"><span>${t("Before to after")}</span><input type="range" id="fade" data-testid="fade" min="0" max="100" value=${look.fade} aria-valuetext=${share === 0 ? t("before") : share === 1 ? t("after") : `${look.fade} % ${t("after")}`} onInput=${fade}/></label></div>`;
 }

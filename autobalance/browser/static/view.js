@@ -1,5 +1,6 @@
 // The crank in 3D, drawn with three.js in rotor or file axes: what is shown, the camera, when it is drawn, and what lies where one points.
 import { unpacked } from "/static/buffers.js";
+import { ofAnatomy, roundOf } from "/static/anatomy.js";
 import { Rays } from "/static/picking.js";
 import { coarsened, drawnBySoftware } from "/static/coarse.js";
 import { Pieces, dark, ink } from "/static/pieces.js";
@@ -13,7 +14,7 @@ const REST_MS = 160; // after so long without a turn the view rests, and is draw
 export class View {
   constructor(box, canvas, note) {
     this.box = box; this.note = note; this.clip = new T.Plane(new T.Vector3(-1, 0, 0), 1e9); this.pieces = new Pieces(this.clip);
-    this.sets = {}; this.parts = []; this.isRough = false; this.mode = "crank"; this.onpick = null; this.marked = [];
+    this.sets = {}; this.parts = []; this.isRough = false; this.mode = "crank"; this.onpick = null; this.marked = []; this.words = (words) => words; // in the reader's language
     try {
       this.software = drawnBySoftware();
       this.renderer = new T.WebGLRenderer({ canvas, antialias: !this.software, alpha: true });
@@ -61,26 +62,26 @@ export class View {
     this.positions = positions;
     this.rays = new Rays(arrays.corners, arrays.triangles);
     this.put("crank", body, [this.pieces.lines(arrays.edges)], this.count);
-    if (whole) this.coloured();
+    if (whole) this.coloured("crank", head.anatomy);
     this.use("crank");
     this.look();
   }
 
-  // Journals and crankpins in their own colours, as everywhere.
-  coloured() {
-    const own = { main_journal: "journal", throw: "pin" }, rows = {}, t = this.rays.t;
-    for (let k = 0; k < this.part.length; k++) {
-      const name = own[this.parts[this.part[k] - 1]?.kind];
-      if (name) (rows[name] ||= []).push(t[3 * k], t[3 * k + 1], t[3 * k + 2]);
-    }
-    for (const [name, corners] of Object.entries(rows)) {
-      const shape = new T.BufferGeometry();
-      shape.setAttribute("position", this.positions);
-      shape.setIndex(new T.BufferAttribute(new Uint32Array(corners), 1));
-      const made = this.pieces.mesh(shape, name);
+  // Journals, crankpins and counterweights in their own colours, as everywhere.
+  coloured(name, anatomy) {
+    const set = this.sets[name];
+    set.anatomy = anatomy;
+    set.own = anatomy ? this.overlay(set.fine[0].geometry, anatomy) : [];
+    if (set.own.length) set.group.add(...set.own);
+  }
+  overlay(shape, anatomy) {
+    return Object.entries(ofAnatomy(shape.attributes.position.array, shape.index.array, anatomy)).filter(([, corners]) => corners.length).map(([ink, corners]) => {
+      const own = new T.BufferGeometry();
+      own.setAttribute("position", new T.BufferAttribute(corners, 3));
+      const made = this.pieces.mesh(own, ink, T.FrontSide);
       made.material.polygonOffsetFactor = 0; made.material.polygonOffsetUnits = 0;
-      this.sets.crank.group.add(made);
-    }
+      return made;
+    });
   }
 
   // A crank as a run left it, and the metal that went.
@@ -109,6 +110,7 @@ export class View {
     const rings = data.tolerance_planes.map((plane) => this.pieces.ring(plane.z_mm, 1.1 * data.radius_mm, "zone"));
     this.floors = floors;
     this.put("result", body, [this.pieces.lines(arrays.edges), this.metal, floors, ...rings, this.pieces.axis(data.z_mm)], head.triangles);
+    this.coloured("result", head.anatomy);
     this.result = data;
     this.whole = true;
     this.use("result");
@@ -122,7 +124,7 @@ export class View {
     group.add(...fine, ...others.slice(1));
     body.computeBoundingSphere();
     this.scene.add(group);
-    this.sets[name] = { group, fine, coarse: null, sphere: body.boundingSphere, triangles };
+    this.sets[name] = { group, fine, own: [], coarse: null, sphere: body.boundingSphere, triangles };
     this.slow = this.software; this.late = 0;
   }
 
@@ -136,7 +138,7 @@ export class View {
     this.say("No crank yet");
     this.draw();
   }
-  say(words) { this.note.textContent = words; }
+  say(words) { this.note.textContent = this.words(words); }
 
   use(name) {
     if (!this.sets[name]) return;
@@ -152,7 +154,7 @@ export class View {
   ready() {
     this.box.dataset.triangles = String(this.count);
     this.box.dataset.state = this.whole ? "ready" : "loading";
-    if (this.renderer) this.note.textContent = `${this.count.toLocaleString("en").replaceAll(",", "\u202f")} triangles${this.whole ? "" : ", what they are is being found out"}`;
+    if (this.renderer) this.say(this.whole ? "" : "What is what is being found out");
   }
 
   // How much of the metal that went is still shown, 1 to 0.
@@ -351,6 +353,7 @@ export class View {
       each.coarse.visible = on;
       each.fine[0].visible = each.fine[2].visible = !on;
       each.fine[1].visible = !on && this.renderer.localClippingEnabled;
+      for (const own of each.own) own.visible = !on;
     }
     this.renderer.setPixelRatio(this.density());
   }
@@ -361,6 +364,7 @@ export class View {
     shape.setIndex(new T.BufferAttribute(rows, 1));
     made.add(this.pieces.mesh(shape, "metal", T.FrontSide), this.pieces.caps(shape));
     made.children[1].visible = this.renderer.localClippingEnabled;
+    if (set.own.length) made.add(...this.overlay(shape, set.anatomy));
     set.group.add(made);
     return made;
   }
@@ -397,13 +401,32 @@ export class View {
     return [at.toArray(), way.toArray()];
   }
 
-  // What is under a place of the window: { point, part } or null; part counts from 1, 0 is none.
+  // Which way the eye is, from the crank; how far the crank reaches from its axis, and where its webs begin and end.
+  eye() { return new T.Vector3().setFromMatrixColumn(this.camera.matrixWorld, 2).toArray(); }
+  reach() {
+    const p = this.sets[this.mode]?.fine[0].geometry.attributes.position.array, size = { radius: 0, z: [Infinity, -Infinity] };
+    if (!p) return null;
+    for (let k = 0; k < p.length; k += 3) size.radius = Math.max(size.radius, Math.hypot(p[k], p[k + 1]));
+    for (let k = 0; k < p.length; k += 3) if (Math.hypot(p[k], p[k + 1]) > 0.6 * size.radius) size.z = [Math.min(size.z[0], p[k + 2]), Math.max(size.z[1], p[k + 2])];
+    return size;
+  }
+  // The diameter of the journal, crankpin or other cylinder on which a picked point lies; null elsewhere.
+  roundAt({ point, part }) {
+    return this.parts[part - 1]?.diameter_mm ?? roundOf(point, this.sets[this.mode].anatomy);
+  }
+
+  // What is under a place of the window: { point, part } or null; part counts from 1, 0 is none, as in a result.
   pick(clientX, clientY) {
+    if (this.mode === "result" && this.bodyRays) return this.hits(this.bodyRays, clientX, clientY);
     if (!this.rays || this.mode !== "crank") return null;
+    const hit = this.hits(this.rays, clientX, clientY);
+    return hit && { point: hit.point, part: this.part[hit.triangle] };
+  }
+  hits(rays, clientX, clientY) {
     const [origin, way] = this.ray(clientX, clientY);
     const begin = origin.map((value, axis) => value - 1e4 * way[axis]);
-    const hit = this.rays.cast(begin, way, (point) => this.clip.distanceToPoint(new T.Vector3(...point)) >= 0);
-    return hit && { point: hit.point, part: this.part[hit.triangle] };
+    const hit = rays.cast(begin, way, (point) => this.clip.distanceToPoint(new T.Vector3(...point)) >= 0);
+    return hit && { part: 0, ...hit };
   }
 
   // Where a part is on the screen: for tests and scripts that drive the page.

@@ -1,0 +1,123 @@
+"""Cranks of a project: what each is called, and those whose file was scaled from another's."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+import numpy as np
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route
+
+from autobalance.browser.answers import body_of, refused
+from autobalance.browser.project import APP_FOLDER
+from autobalance.errors import FormatError
+from autobalance.types import Array
+
+if TYPE_CHECKING:
+    from autobalance.browser.project import Project
+
+FILE = "cranks.json"
+LONGEST_NAME = 80
+
+
+@dataclass(frozen=True)
+class KnownCrank:
+    """What is known of a crank's file beside the file.
+
+    ``name`` is a user's for it, "" for the file's own; ``scaled_from`` the file that it was scaled from by
+    ``factor`` for a stroke of ``stroke_mm``, "" where it was not.
+    """
+
+    name: str = ""
+    scaled_from: str = ""
+    factor: float = 1.0
+    stroke_mm: float = 0.0
+
+
+def known_cranks(project: Project) -> dict[str, KnownCrank]:
+    """Return what is known of the project's cranks, by their files."""
+    path = _path(project)
+    if not path.is_file():
+        return {}
+    return {name: KnownCrank(**each) for name, each in json.loads(path.read_text(encoding="utf-8")).items()}
+
+
+def keep_crank(project: Project, file: str, crank: KnownCrank) -> None:
+    """Keep what is known of one crank; the file is whole at any time."""
+    kept = {name: asdict(each) for name, each in {**known_cranks(project), file: crank}.items()}
+    waiting = _path(project).with_suffix(".part")
+    waiting.write_text(json.dumps(kept, ensure_ascii=False), encoding="utf-8")
+    waiting.replace(_path(project))
+
+
+def _path(project: Project) -> Path:
+    return project.folder / APP_FOLDER / FILE
+
+
+def scaled_crank(project: Project, file: str, factor: float, stroke_mm: float) -> str:
+    """Write a crank's triangles times ``factor`` as a file of its own in mm; return its name.
+
+    Raises
+    ------
+    FormatError
+        If the file has a unit of its own, or is not one.
+    """
+    from autobalance.solid.formats.gltf import file_bytes
+    from autobalance.solid.formats.registry import format_of, needs_unit
+
+    path = project.folder / file
+    kind = format_of(path)
+    if kind is None or not needs_unit(path):
+        raise FormatError(f"{file} has its own unit of length; only files without one are scaled")
+    with np.errstate(all="ignore"):  # numbers that overflow are refused when the file is opened
+        soup: Array = kind.read(file_bytes(path)).soup.astype(np.float64) * factor
+        corners = soup.reshape(-1, 3).astype(kind.number)
+    data = kind.write(corners, np.arange(len(corners), dtype=np.int64).reshape(-1, 3), 1.0)
+    with TemporaryDirectory() as folder:
+        made = Path(folder) / f"{path.stem}-stroke-{stroke_mm:g}{path.suffix}"
+        made.write_bytes(data)
+        name = project.copied(made)
+    before = known_cranks(project).get(file, KnownCrank()).name
+    keep_crank(project, name, KnownCrank(before, file, factor, stroke_mm))
+    return name
+
+
+class CrankNames:
+    """The endpoints."""
+
+    def __init__(self, project: Project) -> None:
+        self._project = project
+
+    def routes(self) -> list[Route]:
+        return [
+            Route("/api/cranks", self.read),
+            Route("/api/cranks", self.rename, methods=["PUT"]),
+        ]
+
+    def told(self) -> dict[str, dict[str, str | float]]:
+        """Return what is known of the cranks, as the page has it."""
+        return {name: asdict(each) for name, each in known_cranks(self._project).items()}
+
+    async def read(self, _: Request) -> Response:
+        """Return what is known of the project's cranks."""
+        return JSONResponse({"cranks": self.told()})
+
+    async def rename(self, request: Request) -> Response:
+        """Give a crank another name; an empty one is its file's own."""
+        values = await body_of(request)
+        file, name = (values.get(key) if isinstance(values, dict) else None for key in ("file", "name"))
+        if not isinstance(file, str) or not isinstance(name, str):
+            return refused('the body must be {"file": ..., "name": ...}', 400)
+        name = name.strip()
+        if self._project.file(file) is None:
+            return refused("file must be the name of a file in the project", 400)
+        if len(name) > LONGEST_NAME or not name.isprintable():
+            return refused(f"name must be one line of at most {LONGEST_NAME} characters", 400)
+        known = known_cranks(self._project).get(file, KnownCrank())
+        keep_crank(self._project, file, KnownCrank(name, known.scaled_from, known.factor, known.stroke_mm))
+        return JSONResponse({"cranks": self.told()})
