@@ -280,9 +280,39 @@ def test_fillets_of_few_rows(segments: int, radius_mm: float, journal_mm: float,
     assert abs(left) < error.mass_bar_g < 20.0 * abs(left) + 0.002 * error.gross_mass_g
 
 
-def test_an_arc_of_two_steep_chords_may_hide_twice_what_its_one_edge_tells() -> None:
-    left, error = left_of(turned_with_fillet(5.0, 35.0, 2, math.pi / 4.0), 192)
-    assert abs(left) < error.mass_bar_g
+@pytest.mark.parametrize("swept_deg", [45.0, 60.0])
+@pytest.mark.parametrize(("radius_mm", "journal_mm"), [(2.5, 20.0), (4.0, 12.0), (5.0, 35.0)])
+def test_two_steep_chords_at_a_real_edge(radius_mm: float, journal_mm: float, swept_deg: float) -> None:
+    """The edge told of three times the arc of 60° that ends there: the bar was two thirds of the error."""
+    for segments in (24, 192):
+        shape = turned_with_fillet(radius_mm, journal_mm, 2, math.radians(swept_deg))
+        left, error = left_of(shape, segments)
+        assert abs(left) < error.mass_bar_g < 0.32 * error.gross_mass_g
+
+
+@pytest.mark.parametrize("rows", [2, 3, 4])
+@pytest.mark.parametrize(("radius_mm", "journal_mm"), [(2.5, 20.0), (4.0, 12.0), (1.0, 30.0)])
+def test_fillets_in_steep_rows(radius_mm: float, journal_mm: float, rows: int) -> None:
+    """The bar was a quarter of what they hide; between two tangent surfaces an arc has one radius."""
+    for segments in (48, 96, 400):
+        left, error = left_of(turned_with_fillet(radius_mm, journal_mm, rows), segments)
+        assert abs(left) < error.mass_bar_g < 0.02 * error.gross_mass_g
+
+
+def test_throws_that_cancel_are_known_with_fillets_in_rows_of_30_degrees() -> None:
+    """Facets of an inline-four of 37 000 triangles hide 0.15 g·mm, and 700 if each counts for itself."""
+    crank = preset("inline-4")
+    solid = drawn(crank, 96)
+    density = crank.density_kg_m3 * 1e-6
+    hidden = true_moments("inline-4") - solid.moments(density)
+    error = from_edges(solid.mesh, density)
+    left = hidden - error.missing
+    assert abs(left.mass_g) <= error.mass_bar_g
+    assert (
+        math.hypot(*left.first_g_mm[:2])
+        <= error.unbalance_bar_g_mm
+        < 10.0 * math.hypot(*hidden.first_g_mm[:2])
+    )
 
 
 @pytest.mark.slow

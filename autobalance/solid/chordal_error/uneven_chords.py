@@ -12,13 +12,13 @@ from autobalance.solid.chordal_error.even_chords import (
     CUT_CHANGE,
     END_SHARE,
     GENTLE_RAD,
-    UNLIKE_SHARE,
     EvenChords,
     Lenses,
     joined,
 )
 from autobalance.solid.chordal_error.fits import Sets
 from autobalance.solid.chordal_error.look import Look
+from autobalance.solid.chordal_error.steep_arcs import BLUNT_SHARE, put_steep_arcs
 from autobalance.solid.chordal_error.turning import (
     AS_WIDE,
     Turns,
@@ -64,10 +64,12 @@ def uneven_chords(
     for face, away, counts in zip(few.faces, few.away, taken, strict=True):
         beside = dotted(away, even.towards.take(face, axis=1))
         counts[even.ends.take(face) & (beside < -ALONG) | (cut | around).take(face)] = 0.0
-    share = _share_where_known_once(look.count, few, taken, share)
+    held, shares = half * taken, _shares_where_known_once(look.count, few, taken, share)
+    put_steep_arcs(look, few, wide, held, shares, length)
     change = half * _of_cut_ends(look, few, wide, taken, ~(even.known | cut))
-    size = half * (taken[0] + taken[1]) + change
-    share = (share * size + CUT_CHANGE * change) / np.maximum(size, 1e-300)
+    size = held[0] + held[1] + change
+    bar = (shares * held).sum(axis=0) + (share + CUT_CHANGE) * change
+    share = bar / np.maximum(size, 1e-300)
     volume = np.sign(few.angle_rad) * size
     place = look.meetings.middle[rows].T
     return joined(lenses, Lenses(volume, place, share, few.along * (length / math.sqrt(12.0))))
@@ -86,18 +88,16 @@ def _of_cut_ends(look: Look, turns: Turns, wide: Array, taken: Array, asked: Fla
     return np.asarray((cut * (6.0 - 4.0 * ratio - taken)).sum(axis=0))
 
 
-def _share_where_known_once(count: int, turns: Turns, taken: Array, share: Array) -> Array:
-    """Return the error bars (k,) of meetings; steep chords known from one side alone may hide as much again.
+def _shares_where_known_once(count: int, turns: Turns, taken: Array, share: Array) -> Array:
+    """Return the error bars (2, k) of both faces; steep chords known from one side may hide as much again.
 
-    An arc of two chords of 22° that ends in edges had half of what it hides, ± 25 %.
+    An arc of two chords of 22° that ends in edges had half of what it hides, ± 25 %. Here half is estimated.
     """
     told = np.zeros(count, dtype=np.int64)
     for face, counts in zip(turns.faces, taken, strict=True):
         told += np.bincount(face[counts > 0.0], minlength=count)
     steep = np.abs(turns.angle_rad) > GENTLE_RAD
-    once = taken * (steep & (told.take(turns.faces) == 1))
-    part = (once[0] + once[1]) / np.maximum(taken[0] + taken[1], 1e-300)
-    return np.asarray(share + (UNLIKE_SHARE - share) * part)
+    return np.where(steep & (told.take(turns.faces) == 1), BLUNT_SHARE, share)
 
 
 def wide_of(look: Look, turns: Turns, length: Array) -> Array:
