@@ -15,6 +15,7 @@ from autobalance.quantities import mm, said
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh, least_and_greatest
+from autobalance.solid.mesh.stretches import Stretches
 from autobalance.solid.slicing.slices import cross_sections
 from autobalance.types import Array, Indices
 from autobalance.wording import listed_numbers
@@ -166,16 +167,15 @@ def _columns(anatomy: Anatomy, web: Web) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class _Metal:
-    """A solid's mesh in the rotor frame, and the heights between which each triangle lies (m,)."""
+    """A solid's mesh in the rotor frame, and the heights between which each triangle lies."""
 
     mesh: Mesh
-    low_mm: Array
-    high_mm: Array
+    stretches: Stretches
 
     @classmethod
     def of(cls, solid: Solid, anatomy: Anatomy) -> _Metal:
         mesh = solid.mesh.moved(anatomy.file_to_rotor)
-        return cls(mesh, *least_and_greatest(mesh.vertices[:, 2], mesh.triangles))
+        return cls(mesh, Stretches.of(mesh.vertices[:, 2], mesh.triangles))
 
     def lengths_mm(self, columns: Array, ends_mm: tuple[float, float]) -> Array:
         """Return the length of metal in each column (n,) between two heights z₁ and z₂.
@@ -186,7 +186,7 @@ class _Metal:
         """
         low, high = ends_mm
         amid = low + OFF_GRID * (high - low)
-        between = self.mesh.triangles[(self.low_mm < high) & (self.high_mm > low)]
+        between = self.mesh.triangles.take(self.stretches.within(low, high), axis=0)
         (outlines,) = cross_sections(self.mesh.vertices, between, np.array([amid]))
         lengths: Array = (high - low) * Region.of(outlines).contains(columns).astype(np.float64)
         for corners, points in _pairs(self.mesh.vertices, between, columns):

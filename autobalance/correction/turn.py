@@ -36,7 +36,7 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Joined, Shape, equal_area
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.csg.tool import Tool, ring
-from autobalance.solid.mesh.mesh import least_and_greatest
+from autobalance.solid.mesh.stretches import Stretches
 from autobalance.types import Array
 
 SEGMENTS = 360
@@ -316,13 +316,13 @@ def _reaches_mm(solid: Solid, anatomy: Anatomy) -> dict[int, float]:
     metal = np.zeros(len(z), dtype=bool)  # a vertex of no triangle is not metal
     metal[mesh.triangles.reshape(-1)] = True
     square = np.where(metal, x * x + y * y, 0.0)
-    bottoms, tops = least_and_greatest(z, mesh.triangles)
+    stretches = Stretches.of(z, mesh.triangles)
     reaches = {}
     for web in anatomy.webs:
         low, high = slab_of(web, anatomy.webs)
         reached = [square[(z >= low) & (z <= high)].max(initial=0.0)]
         for height in (low, high):
-            corners = mesh.triangles.take(np.flatnonzero((bottoms < height) & (tops > height)), axis=0)
+            corners = mesh.triangles.take(stretches.within(height, height), axis=0)
             start, end = corners.reshape(-1), np.roll(corners, -1, axis=1).reshape(-1)
             crossing = (z[start] < height) & (z[end] > height)  # of an edge's two triangles, one goes up it
             start, end = start[crossing], end[crossing]

@@ -21,7 +21,8 @@ from autobalance.correction.faces.curve import ROUGH_CHECK_SHARE, DepthCurve
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.mesh.mesh import Mesh, least_and_greatest, longest_sides
+from autobalance.solid.mesh.mesh import Mesh, compacted, least_and_greatest, longest_sides
+from autobalance.solid.mesh.stretches import Stretches
 from autobalance.solid.slicing.slices import Spans, cross_sections, thinned
 from autobalance.types import Array, Indices
 
@@ -71,11 +72,13 @@ class Layer:
     def of(cls, mesh: Mesh, frame: Array, low_mm: float, high_mm: float, grain_mm: float) -> Layer:
         """Return the triangles that reach into low..high after ``frame`` (4, 4) has placed the mesh."""
         rows = _near(mesh, frame[2], low_mm, high_mm)
-        z = mesh.vertices @ frame[2, :3] + frame[2, 3]
+        used, numbers = compacted(mesh.triangles.take(rows, axis=0), len(mesh.vertices))
+        vertices = mesh.vertices.take(np.flatnonzero(used), axis=0)
+        z = vertices @ frame[2, :3] + frame[2, 3]
         sides = (z > low_mm).view(np.uint8) | (z < high_mm).view(np.uint8) << 1
-        a, b, c = sides.take(mesh.triangles.take(rows, axis=0)).T
-        rows = rows[(a | b | c) == ABOVE_AND_BELOW]
-        part = mesh.at(rows).moved(frame)
+        a, b, c = sides.take(numbers).T
+        reaches = np.flatnonzero((a | b | c) == ABOVE_AND_BELOW)
+        rows, part = rows.take(reaches), Mesh(vertices, numbers).at(reaches).moved(frame)
         bottoms, tops = least_and_greatest(part.vertices[:, 2], part.triangles)
         return cls(
             vertices=part.vertices,
@@ -145,8 +148,7 @@ class Layer:
         return heights
 
 
-_Heights = tuple[Array, Array, Array]
-_SEEN: WeakKeyDictionary[Mesh, _Heights] = WeakKeyDictionary()
+_SEEN: WeakKeyDictionary[Mesh, tuple[Array, Stretches]] = WeakKeyDictionary()
 
 
 def _near(mesh: Mesh, row: Array, low_mm: float, high_mm: float) -> Indices:
@@ -159,15 +161,15 @@ def _near(mesh: Mesh, row: Array, low_mm: float, high_mm: float) -> Indices:
     seen = _SEEN.get(mesh)
     cosine = 0.0 if seen is None else float(seen[0] @ direction)
     if seen is None or abs(cosine) < SAME_AXIS:
-        seen = (direction.copy(), *least_and_greatest(mesh.vertices @ direction, mesh.triangles))
+        seen = direction.copy(), Stretches.of(mesh.vertices @ direction, mesh.triangles)
         _SEEN[mesh], cosine = seen, 1.0
-    axis, least, greatest = seen
+    axis, stretches = seen
     sign = math.copysign(1.0, cosine)
     slack = 2.0 * size * float(np.abs(sign * direction - axis).sum()) + 1e-9 * size
     low, high = low_mm - float(row[3]) - slack, high_mm - float(row[3]) + slack
     if sign < 0.0:
         low, high = -high, -low
-    return np.flatnonzero((greatest > low) & (least < high))
+    return stretches.within(low, high)
 
 
 @dataclass(eq=False)

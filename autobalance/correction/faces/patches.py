@@ -18,6 +18,7 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import wedge
+from autobalance.solid.mesh.adjacency import rim_of
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 from autobalance.units import wrapped_deg
@@ -339,15 +340,7 @@ def face_frame(normal: Array) -> Array:
 
 def face_region(mesh: Mesh, anatomy: Anatomy, face: Face, to_face: Array) -> Region:
     """Return a face's outline as a region in its own frame, from the edges that only one triangle has."""
-    triangles = mesh.triangles.take(face.triangles, axis=0)
-    tail, head = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
-    count = len(mesh.vertices)
-    edge = 2 * (np.minimum(tail, head) * count + np.maximum(tail, head)) + (tail > head)
-    edge.sort()  # an edge and its twin stand side by side
-    differs = np.diff(edge // 2, prepend=-1, append=-1) != 0
-    alone = edge[differs[:-1] & differs[1:]]
-    rim = np.stack(np.divmod(alone // 2, count), axis=1)
-    rim[alone % 2 == 1] = rim[alone % 2 == 1, ::-1]
+    rim = rim_of(mesh, face.triangles)
     frame = to_face @ anatomy.file_to_rotor
     following: dict[int, list[int]] = {}
     for a, b in rim.tolist():

@@ -16,7 +16,8 @@ from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.rough_fits import Region, fit_tilted_circle
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.errors import RecognitionError
-from autobalance.solid.mesh.mesh import Mesh, least_and_greatest
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.solid.mesh.stretches import Stretches
 from autobalance.types import Array, Indices
 
 MIN_COVER = 0.6
@@ -89,7 +90,7 @@ def on_surface(
     ------
     RecognitionError If a cylinder's surface is missing, is incomplete or continues, with the place.
     """
-    heights = least_and_greatest(long.vertices[:, 2], mesh.triangles)
+    heights = Stretches.of(long.vertices[:, 2], mesh.triangles)
     mended = []
     for name, run in cylinders:
         skin = _skin(mesh, long, heights, run, rounding_mm)
@@ -103,13 +104,10 @@ def on_surface(
     return tuple(mended)
 
 
-def _skin(
-    mesh: Mesh, long: SectionStack, heights: tuple[Array, Array], run: CylinderRun, rounding_mm: float
-) -> _Skin:
+def _skin(mesh: Mesh, long: SectionStack, heights: Stretches, run: CylinderRun, rounding_mm: float) -> _Skin:
     """Return the triangles that face away from a cylinder's axis, near its radius, to just past its ends."""
     reach, band = EXTENSION_RATIO * run.radius, BAND * run.radius + rounding_mm
-    least, greatest = heights
-    rows = np.flatnonzero((greatest > run.z_low - reach) & (least < run.z_high + reach))
+    rows = heights.within(run.z_low - reach, run.z_high + reach)
     corners = long.vertices.take(mesh.triangles.take(rows, axis=0), axis=0)
     x, y = (corners[..., k] - run.centre[k] for k in range(2))
     away = x * x + y * y

@@ -23,6 +23,9 @@ SAME_VOLUME = 1e-6
 """Share by which the volume of a body rebuilt from its triangles may differ: manifold3d takes long slivers
 out of them, and where these are many, a part of the body with them."""
 
+FILM = 1e-6
+"""Volume over area and diagonal up to which manifold3d has to tell whether a mesh bounds anything: it merges
+what is nearer than 1e-12 of the diagonal. Cranks have 0.01 to 0.03."""
 
 STATUS_TEXTS = {
     "InvalidConstruction": "a part of it has no thickness or no area (InvalidConstruction); check its sizes",
@@ -70,6 +73,20 @@ class Solid:
             If the mesh is open or not manifold, is inside out, or bounds nothing.
         """
         return cls._numbered(mesh, None)
+
+    @classmethod
+    def of_closed(cls, mesh: Mesh) -> Solid | None:
+        """Return the solid of a mesh whose edges each join two triangles, None where building has to tell.
+
+        Its edges prove that it is closed, and its moments that it is outward and no film. So manifold3d
+        builds its body only when it is first cut, for a million triangles a third of what reading takes.
+        """
+        if mesh.twins is None:
+            return None
+        volume = mesh_moments(mesh, 1.0).mass_g
+        if not volume > FILM * 0.5 * float(mesh.doubled_areas.sum()) * mesh.diagonal_mm:
+            return None
+        return cls.from_plain((mesh, volume))
 
     @classmethod
     def _numbered(cls, mesh: Mesh, number: int | None) -> Solid:
@@ -186,6 +203,11 @@ class Solid:
         solid._built, solid._id = None, int(m3.Manifold.reserve_ids(1))
         solid._mesh, solid._volume_mm3 = plain
         return solid
+
+    @property
+    def is_built(self) -> bool:
+        """Whether manifold3d has built its body."""
+        return self._built is not None
 
     @property
     def is_empty(self) -> bool:

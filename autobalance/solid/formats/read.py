@@ -163,13 +163,23 @@ def _digest(path: Path) -> str:
 
 def _kept_source(path: Path, how: How) -> Source:
     """Return the solid of a file, from the cache where its bytes were read before in the same way."""
-    key = repr((_digest(path), *how))
+    whole = [file_bytes(path)]
+    sha256 = _sha256(whole[0])
+    key = repr((sha256, *how))
     name, unit, body, pressed_up, unite, holes = how
-    # one by one: *how would hold the file's bytes in a tuple while the solid is built
-    found = kept(
-        "source", key, lambda: source_of_bytes(file_bytes(path), name, unit, body, pressed_up, unite, holes)
-    )
-    return replace(found, key=key)
+    made: list[Mesh] = []
+
+    def work() -> Source:
+        # one by one: *how would hold the file's bytes in a tuple while the solid is built
+        source = source_of_bytes(whole.pop(), name, unit, body, pressed_up, unite, holes, sha256)
+        if source.exact is None:
+            made.append(source.solid.mesh)
+        return source
+
+    found = replace(kept("source", key, work), key=key)
+    for mesh in made:
+        found.solid.mesh.take_over(mesh)
+    return found
 
 
 def source_of_bytes(
@@ -180,10 +190,14 @@ def source_of_bytes(
     pressed_up: bool = False,
     unite: bool | None = None,
     holes: OpenHoles = REFUSED_HOLES,
+    sha256: str = "",
 ) -> Source:
-    """Return the checked solid of the bytes of a file of the format ``name``; the rest is as for ``read``."""
+    """Return the checked solid of the bytes of a file of the format ``name``; the rest is as for ``read``.
+
+    ``sha256`` is their digest where it is known.
+    """
     kind = FORMATS[name]
-    digest = _sha256(data)
+    digest = sha256 or _sha256(data)
     if kind.exact:
         return _read_exact(data, digest, name, unit, body, pressed_up)
     with np.errstate(all="ignore"):  # numbers that overflow are refused with those that are not finite

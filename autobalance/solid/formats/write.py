@@ -139,7 +139,7 @@ def _welded_after_rounding(mesh: Mesh, mm_per_unit: float, number: Number) -> tu
 def _solid_of(mesh: Mesh, volume_mm3: float) -> Solid | None:
     """Return the solid of a mesh; None if it bounds none, or not one of the expected volume."""
     try:
-        solid = Solid.from_mesh(mesh)
+        solid = Solid.of_closed(mesh) or Solid.from_mesh(mesh)
     except SolidError:
         return None
     off = abs(solid.volume_mm3 - volume_mm3)

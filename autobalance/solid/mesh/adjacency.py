@@ -80,6 +80,28 @@ def sides_of(triangles: Indices) -> Sides:
     return Sides(start, end, order, first, np.diff(np.append(first, len(order))))
 
 
+def rim_of(mesh: Mesh, rows: Indices) -> Indices:
+    """Return the sides (k, 2) of some triangles whose edges no other of them has, from start to end.
+
+    They rise by their lower, then by their higher vertex.
+    """
+    count = len(mesh.vertices)
+    sides = (3 * rows[:, None] + np.arange(3)).reshape(-1)
+    if mesh.twin_sides is not None:
+        among = np.zeros(len(mesh.triangles), dtype=bool)
+        among[rows] = True
+        sides = sides[~among.take(mesh.twin_sides.take(sides) // 3)]
+    corners = mesh.triangles.reshape(-1)
+    tail, head = corners.take(sides), corners.take(sides + np.where(sides % 3 == 2, -2, 1))
+    edge = 2 * (np.minimum(tail, head) * count + np.maximum(tail, head)) + (tail > head)
+    edge.sort()  # an edge and its twin stand side by side
+    differs = np.diff(edge // 2, prepend=-1, append=-1) != 0
+    alone = edge[differs[:-1] & differs[1:]]
+    rim = np.stack(np.divmod(alone // 2, count), axis=1)
+    rim[alone % 2 == 1] = rim[alone % 2 == 1, ::-1]
+    return rim
+
+
 def unit(vectors: Array) -> Array:
     """Return vectors (..., 3) scaled to length 1; zero ones stay zero."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
@@ -88,12 +110,7 @@ def unit(vectors: Array) -> Array:
 
 def edges_of(mesh: Mesh) -> Edges:
     """Pair the triangles of a closed mesh at their edges."""
-    sides = sides_of(mesh.triangles)
-    first = sides.first[sides.count > 1]  # of four triangles at an edge, the first two
-    side = sides.order.take(first)
-    left, right = side // 3, sides.order.take(first + 1) // 3
-    start, end = sides.start.take(side), sides.end.take(side)
-    ends = np.stack([np.minimum(start, end), np.maximum(start, end)], axis=1)
+    left, right, ends = _paired(mesh)
     angle = _angles(mesh, left, right)
     known = _has_direction(mesh)
     sure = np.ones(len(left), dtype=bool) if known.all() else known.take(left) & known.take(right)
@@ -104,6 +121,23 @@ def edges_of(mesh: Mesh) -> Edges:
     if not sure.all():
         flat |= _longest_of_slivers(mesh, left, right, ends, known)
     return Edges(left, right, ends, np.where(sure, angle, 0.0), flat)
+
+
+def _paired(mesh: Mesh) -> tuple[Indices, Indices, Indices]:
+    """Return the triangles at each edge (k,), the lower number first, and its vertices (k, 2)."""
+    if mesh.twins is not None:
+        up, down = mesh.twins
+        side = up.astype(np.int64)
+        one, other = side // 3, down.astype(np.int64) // 3
+        corners = mesh.triangles.reshape(-1)
+        ends = np.stack([corners.take(side), corners.take(side + np.where(side % 3 == 2, -2, 1))], axis=1)
+        return np.minimum(one, other), np.maximum(one, other), ends
+    sides = sides_of(mesh.triangles)
+    first = sides.first[sides.count > 1]  # of four triangles at an edge, the first two
+    side = sides.order.take(first)
+    start, end = sides.start.take(side), sides.end.take(side)
+    ends = np.stack([np.minimum(start, end), np.maximum(start, end)], axis=1)
+    return side // 3, sides.order.take(first + 1) // 3, ends
 
 
 def _angles(mesh: Mesh, left: Indices, right: Indices) -> Array:

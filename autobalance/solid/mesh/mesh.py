@@ -93,6 +93,21 @@ class Mesh:
         return volume_moments(self.vertices - self.bounds.mean(axis=0), self.triangles)
 
     @cached_property
+    def twins(self) -> NDArray[np.int32] | None:
+        """The two sides (2, k) of every edge of a closed mesh; see ``twins_of``."""
+        return twins_of(self.triangles)
+
+    @cached_property
+    def twin_sides(self) -> NDArray[np.int32] | None:
+        """For each side 3 t + corner of the mesh, the other one on its edge (3 m,); None as of `twins`."""
+        if self.twins is None:
+            return None
+        up, down = self.twins
+        beside = np.zeros(2 * len(up), dtype=np.int32)
+        beside[up], beside[down] = down, up
+        return beside
+
+    @cached_property
     def sample(self) -> tuple[Indices, Array]:
         """Rows and weights of a sample of triangles: the largest, and every n-th of the rest.
 
@@ -124,7 +139,16 @@ class Mesh:
 
     def moved(self, placement: Array) -> Mesh:
         """Return the mesh with the homogeneous matrix ``placement`` (4, 4) applied to its vertices."""
-        return Mesh(self.vertices @ placement[:3, :3].T + placement[:3, 3], self.triangles)
+        moved = Mesh(self.vertices @ placement[:3, :3].T + placement[:3, 3], self.triangles)
+        if "twins" in self.__dict__:
+            moved.__dict__["twins"] = self.twins
+        return moved
+
+    def take_over(self, same: Mesh) -> None:
+        """Take over what was computed of a mesh of the same numbers, to the bit."""
+        for name in ("bounds", "_areas", "moments_about_middle", "twins", "twin_sides"):
+            if name in same.__dict__:
+                self.__dict__[name] = same.__dict__[name]
 
 
 def weld(points: Floats) -> tuple[Floats, Indices]:
@@ -187,11 +211,56 @@ def ranked(numbers: Indices) -> tuple[Indices, Indices]:
     They are sorted together with their rows, which numpy does many times as fast as finding an order.
     """
     bits = len(numbers).bit_length()
-    if len(numbers) == 0 or int(numbers.max()) >> (63 - bits):
+    if len(numbers) == 0 or int(numbers.max()) >> (64 - bits):
         order = np.argsort(numbers, kind="stable")
         return numbers.take(order), order
     ordered, rows = sorted_with_rows(numbers.astype(np.uint64))
     return ordered.view(np.int64), rows
+
+
+def twins_of(triangles: Indices) -> NDArray[np.int32] | None:
+    """Return the two sides of every edge, None unless each joins two triangles that run it opposite ways.
+
+    Such a mesh is closed and outward or inward throughout: manifold3d asks no more of a body. Sides that run
+    up, from the lower vertex, and those that run down are sorted by themselves: they must be the same edges.
+
+    Returns
+    -------
+    (2, k) int32 or None
+        Numbers 3 t + corner of the sides that run up, and of those that run down; edges rise by their lower,
+        then by their higher vertex.
+    """
+    many = len(triangles)
+    if many == 0 or many % 2:
+        return None
+    start = np.ascontiguousarray(triangles.T)
+    end = start[[1, 2, 0]].reshape(-1)
+    start = start.reshape(-1)
+    runs_up = start < end
+    up, down = np.flatnonzero(runs_up), np.flatnonzero(~runs_up)
+    if len(up) != len(down):
+        return None
+    count = int(triangles.max()) + 1
+    edge, up_rows = ranked(_edge_numbers(start.take(up), end.take(up), count))
+    again, down_rows = ranked(_edge_numbers(end.take(down), start.take(down), count))
+    if not np.array_equal(edge, again) or (edge[1:] == edge[:-1]).any():
+        return None
+    found = np.zeros((2, len(up)), dtype=np.int32)
+    for out, place in zip(found, (up.take(up_rows), down.take(down_rows)), strict=True):
+        corner, triangle = np.divmod(place, many)
+        out[:] = 3 * triangle + corner
+    return found
+
+
+def _edge_numbers(low: Indices, high: Indices, count: int) -> Indices:
+    """Return one number for each edge (k,) between vertices low < high < ``count``.
+
+    They rise by the lower vertex, unless only those that rise by the higher one can be sorted with their rows
+    in 64 bits: from some 2.5 million triangles on.
+    """
+    if (count * count) >> (64 - len(low).bit_length()):
+        return high * (high - 1) // 2 + low
+    return low * count + high
 
 
 def hash_rows(points: Floats) -> NDArray[np.uint64]:

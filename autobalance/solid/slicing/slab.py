@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.mesh.mesh import least_and_greatest
+from autobalance.solid.mesh.stretches import Stretches
 from autobalance.solid.mesh.tetrahedra import CHUNK, summed
 from autobalance.types import Array, Indices
 
@@ -48,9 +48,9 @@ class Slab:
     rounding_mm: float = 0.0
 
     @cached_property
-    def reach(self) -> tuple[Array, Array]:
+    def _stretches(self) -> Stretches:
         """Smallest and largest z (m,) of each triangle."""
-        return least_and_greatest(self._axes[2], self.triangles)
+        return Stretches.of(self._axes[2], self.triangles)
 
     @cached_property
     def _axes(self) -> Array:
@@ -73,12 +73,17 @@ class Slab:
         z_low, z_high = z_range_mm
         if not z_high > z_low:
             return Moments.zero()
-        low, high = self.reach
+        reach = self._stretches
         height = z_high - z_low
         grain = min(self.rounding_mm, 0.01 * height)
-        rows = np.flatnonzero((high > z_low + grain) & (low < z_high - grain))
-        low, high = low.take(rows), high.take(rows)
-        inside = (low >= z_low - grain) & (high <= z_high + grain) & (part is WHOLE_SLAB)
+        rows = reach.within(z_low + grain, z_high - grain)
+        low, high = reach.least.take(rows), reach.greatest.take(rows)
+        inside = (low >= z_low - grain) & (high <= z_high + grain) & (part.centre is None)
+        if part.side is not None:
+            beyond, before = self._on_side(rows, part.side)
+            inside &= beyond
+            there = np.flatnonzero(~before)
+            rows, inside, high = rows.take(there), inside.take(there), high.take(there)
         whole, touching, crossing = rows[inside], rows[inside & (high >= z_high - grain)], rows[~inside]
         if part.centre is not None:
             crossing = crossing[self._meets(crossing, part.centre, part.radius_mm)]
@@ -105,6 +110,12 @@ class Slab:
         for plane in (0.0, height):
             z[np.abs(z - plane) <= grain] = plane
         return corners
+
+    def _on_side(self, rows: Indices, side: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Mark the triangles (k,) whose corners all lie on a side of the axis, and those with none there."""
+        over = side[0] * self._axes[0] + side[1] * self._axes[1] >= 0.0
+        a, b, c = over.take(self.triangles.take(rows, axis=0).T)
+        return a & b & c, ~(a | b | c)
 
     def _meets(self, rows: Indices, centre: Array, radius: float) -> NDArray[np.bool_]:
         """Mark the triangles (k,) whose boxes meet that of a circle, in x and y."""

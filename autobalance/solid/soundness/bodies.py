@@ -106,6 +106,10 @@ def _parts(solid: Solid) -> list[Body]:
     Parts that lie against each other, and share vertices or edges, are still separate parts.
     """
     mesh = solid.mesh
+    if not solid.is_built and mesh.twins is not None:
+        part_of, count = parts_at_edges(mesh)
+        if count == 1:  # also where it touches itself, which building it would tell
+            return [Body(mesh, part_of, 0, solid.volume_mm3, mesh.bounds)]
     if solid.is_pinched:
         part_of, count = parts_at_edges(mesh)
         points, part_of_point = mesh.corners.reshape(-1, 3), np.repeat(part_of, 3)

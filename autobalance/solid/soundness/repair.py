@@ -60,6 +60,9 @@ def solid_of(welded: Mesh, step_mm: float = 0.0, most_moved: float = math.inf) -
     if notes and is_closed(mesh.triangles):
         mesh, dropped = without_crumbs(mesh)
         notes += dropped
+    known = Solid.of_closed(mesh)
+    if known is not None:
+        return known, notes
     try:
         return Solid.from_mesh(mesh), notes
     except SolidError:
