@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 from importlib import resources
 from typing import Any
 
@@ -18,29 +18,164 @@ from autobalance.verbs.declaration import REQUIRED, Parameter, parameters_of
 
 
 @dataclass(frozen=True)
-class Analysis:
-    """Input of a verb: the page's job, a separate file (the name of its schema), or records."""
+class Number:
+    """The one number of an analysis: what it is, and where a report holds it.
 
+    ``path`` leads through the report, ``*`` to every entry of a list or table; ``of`` is ``first``, ``last``,
+    ``least`` or ``greatest`` of the numbers found. Shown is the number times ``factor``, in ``unit``.
+    """
+
+    words: str
+    path: str
+    unit: str
+    digits: int = 0
+    of: str = "first"
+    factor: float = 1.0
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """A verb as a question: what it reads, what the job must have for it, and the number that answers it.
+
+    It reads the page's job, the solid of the job's crank alone, a separate file (the name of its schema) or a
+    record; without any of them, its options. ``needs`` are keys of the job; ``a|b``: one of them, the first
+    is asked for; ``*pm*``: any key that is an uncertainty. ``given`` fills options from the job, or from the
+    crank that is shown.
+    """
+
+    group: str
+    question: str
+    numbers: tuple[Number, ...]
     job: bool = False
+    crank: bool = False
     schema: str = ""
+    record: bool = False
+    needs: tuple[str, ...] = ()
+    given: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def reads(self) -> str:
-        """``job``, ``file``, ``both`` or ``records``."""
-        return {(True, False): "job", (False, True): "file", (True, True): "both"}.get(
-            (self.job, bool(self.schema)), "records"
-        )
+        """``job``, ``crank``, ``file``, ``both``, ``records`` or ``options``."""
+        if self.crank:
+            return "crank"
+        if self.record:
+            return "records"
+        names = {(True, False): "job", (False, True): "file", (True, True): "both"}
+        return names.get((self.job, bool(self.schema)), "options")
 
 
+ENGINE, RUNNING, MEASURING = "The engine", "Strength and running", "Making and measuring"
+TARGET = ("balance.factor", "balance.grade", "balance.speed_rpm")
+ROD = (*TARGET, "engine.rod_length_mm")
+CYCLE = (*ROD, "cycle.bore_mm", "cycle.compression_ratio|cycle.trace", "cycle.heat_J|cycle.trace|cycle.model")
 ANALYSES: Mapping[str, Analysis] = {
-    **dict.fromkeys(
-        ("factor", "forces", "cycle", "strength", "shafts", "parts", "torsion", "study"), Analysis(job=True)
+    "forces": Analysis(
+        ENGINE,
+        "How hard does it shake?",
+        (Number("largest force", "states.*.force.greatest_n", "N", of="last"),),
+        job=True,
+        needs=ROD,
     ),
-    "design": Analysis(job=True, schema="design-file"),
-    "rotor": Analysis(schema="rotor-file"),
-    "bearing": Analysis(schema="bearing-file"),
-    "bench": Analysis(schema="bench-file"),
-    "orders": Analysis(),
+    "factor": Analysis(
+        ENGINE,
+        "Which balance factor?",
+        (Number("factor today", "present", "", 3),),
+        job=True,
+        needs=TARGET,
+    ),
+    "cycle": Analysis(
+        ENGINE,
+        "Loads and torque over a cycle",
+        (Number("mean torque", "torque.mean_N_m", "N·m", 1),),
+        job=True,
+        needs=CYCLE,
+    ),
+    "shafts": Analysis(
+        ENGINE,
+        "Balance shafts",
+        (Number("largest shaft", "proposals.*.shafts.*.product_g_mm", "g·mm", of="greatest"),),
+        job=True,
+        needs=ROD,
+    ),
+    "parts": Analysis(
+        ENGINE,
+        "What do the parts weigh?",
+        (Number("bob-weight", "throws.*.bob_weight_g", "g", 2, of="greatest"),),
+        job=True,
+        needs=TARGET,
+    ),
+    "design": Analysis(
+        ENGINE,
+        "Lighter counterweights",
+        (Number("lightest crank", "designs.*.objectives.mass_g", "g", of="least"),),
+        job=True,
+        schema="design-file",
+        needs=TARGET,
+    ),
+    "strength": Analysis(
+        RUNNING,
+        "Will it break?",
+        (Number("minimum safety", "fillets.*.safety.*", "", 2, of="least"),),
+        job=True,
+        needs=(*CYCLE, "strength.pin_fillet_mm", "strength.material.tensile_MPa"),
+    ),
+    "fem": Analysis(
+        RUNNING,
+        "Natural modes of the solid",
+        (Number("lowest mode", "modes.*.frequency_hz", "Hz", of="least"),),
+        job=True,
+        crank=True,
+    ),
+    "torsion": Analysis(
+        RUNNING,
+        "Torsional vibration",
+        (Number("lowest mode", "natural_frequencies_hz.*", "Hz", of="least"),),
+        job=True,
+        needs=TARGET,
+    ),
+    "rotor": Analysis(
+        RUNNING,
+        "Critical speeds",
+        (Number("lowest critical speed", "critical_speeds_rpm.*", "rpm", of="least"),),
+        schema="rotor-file",
+    ),
+    "bearing": Analysis(
+        RUNNING,
+        "Oil film of a bearing",
+        (
+            Number("least film", "film.least_film_mm", "µm", 2, factor=1000.0),
+            Number("friction", "friction.moment_N_m", "N·m", 3),
+        ),
+        schema="bearing-file",
+    ),
+    "study": Analysis(
+        MEASURING,
+        "How many of 1000 pass?",
+        (Number("within tolerance", "probability_within", "%", 1, factor=100.0),),
+        job=True,
+        needs=(*TARGET, "crankshaft.density_pm_kg_m3|*pm*"),
+    ),
+    "orders": Analysis(
+        MEASURING,
+        "Orders in a recorded signal",
+        (Number("speed", "speed.mean_rpm", "rpm"), Number("sample rate", "record.sample_rate_hz", "Hz")),
+        record=True,
+    ),
+    "bench": Analysis(
+        MEASURING,
+        "Test bench",
+        (Number("largest mean torque", "runs.*.mean_torque_N_m", "N·m", 3, of="greatest"),),
+        schema="bench-file",
+    ),
+    "grade": Analysis(
+        MEASURING,
+        "Grade of a crank",
+        (
+            Number("achieved grade G", "achieved_grade_mm_s", "", 2),
+            Number("permitted", "permissible_g_mm", "g·mm", 2),
+        ),
+        given={"grade": "balance.grade", "speed_rpm": "balance.speed_rpm", "mass": "crank.mass_g"},
+    ),
 }
 FILES_OF = {"bench": ("job", "crank")}
 """Further keys of a verb's file that name a file."""
@@ -56,6 +191,8 @@ NOT_ASKED = (
     "solids",
 )
 """Parameters that are for Python, for the command line, or that the page has its own answer to."""
+FROM_JOB = {"fem": ("unit", "body", "density_kg_m3", "crankpin_in_file")}
+"""Parameters of a verb that the job says of its crank."""
 KINDS = {
     "bool": "bool",
     **dict.fromkeys(("int", "float"), "number"),
@@ -82,6 +219,11 @@ def analyses() -> list[Form]:
             "verb": verb,
             "says": registry.VERBS[verb].says,
             "reads": analysis.reads,
+            "group": analysis.group,
+            "question": analysis.question,
+            "needs": list(analysis.needs),
+            "given": dict(analysis.given),
+            "numbers": [asdict(each) for each in analysis.numbers],
             "tables": file_tables(analysis.schema) if analysis.schema else [],
             "options": [_field(each) for each in _options(verb)],
         }
@@ -97,9 +239,10 @@ def example(verb: str) -> str:
 def _options(verb: str) -> Iterator[Parameter]:
     """Yield the parameters that the page asks for: not the job or the file, which it has."""
     declared = list(parameters_of(f"{registry.VERBS[verb].function}:{verb}").values())
-    own = declared if ANALYSES[verb].reads == "records" else declared[1:]
+    own = declared if ANALYSES[verb].reads in ("records", "options") else declared[1:]
+    asked = (each for each in own if each.name not in (*NOT_ASKED, *FROM_JOB.get(verb, ())))
     if verb != "rotor":  # whose options are for a crank in place of its file
-        yield from (each for each in own if each.name not in NOT_ASKED)
+        yield from asked
 
 
 def _is_file(parameter: Parameter) -> bool:

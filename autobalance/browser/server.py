@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import socket
+from collections.abc import Sequence
 from importlib import resources
+from importlib.metadata import PackageNotFoundError, metadata
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,7 @@ from starlette.types import ASGIApp
 from autobalance.browser.analyses import ANALYSES, wrong_request
 from autobalance.browser.analysis_files import AnalysisFiles
 from autobalance.browser.answers import asset, body_of, drained, file_of, jsonable, packed, refused
+from autobalance.browser.bundle import script, style
 from autobalance.browser.cranks import CrankNames
 from autobalance.browser.guard import TOKEN_HEADER, Guard, Keys, has_cookie
 from autobalance.browser.live import Live
@@ -54,12 +57,8 @@ def _static() -> dict[str, tuple[str, str, str]]:
 
 
 STATIC = _static()
-MODULES = "".join(
-    f'<link rel="modulepreload" href="/static/{name}">'
-    for name in sorted(STATIC)
-    if name.endswith(".js") and name not in ("three.min.js", "notebook.js")
-)
-"""Links by which a browser asks for all modules of the page at once."""
+APP_PAGE = "app.md"
+"""Page of the documentation that explains the app."""
 OTHER_ENDINGS = (".toml", ".xlsx", ".json")
 """Endings of files that may be opened besides cranks: jobs and reports."""
 
@@ -80,6 +79,24 @@ def _endings() -> dict[str, str]:
     }
 
 
+def project_urls() -> tuple[str, ...]:
+    """Return the addresses that the installed package states, as its metadata has them."""
+    try:
+        return tuple(metadata("autobalance").get_all("Project-URL") or ())
+    except PackageNotFoundError:
+        return ()
+
+
+def documentation(urls: Sequence[str]) -> str:
+    """Return the address of the app's page in the documentation; empty if a package does not state it."""
+    found = (each.removeprefix("Documentation, ") for each in urls if each.startswith("Documentation, "))
+    index = next(found, "")
+    return f"{index.rpartition('/')[0]}/{APP_PAGE}" if index else ""
+
+
+DOCS = documentation(project_urls())
+
+
 class Pages:
     """The endpoints."""
 
@@ -87,6 +104,7 @@ class Pages:
         self._project, self._runs, self._keys, self._most = project, runs, keys, max_upload_bytes
         self._live, self._names = Live(project, runs), CrankNames(project)
         self._openings = 0
+        self._joined = {"page.js": (script(), TYPES[".js"]), "page.css": (style(), TYPES[".css"])}
 
     def routes(self) -> list[Route]:
         return [
@@ -134,13 +152,17 @@ class Pages:
         self._runs.prepare()  # a person is about to ask for something
         text = asset("browser", "static/index.html").decode()
         token = self._keys.token if knows else ""
-        for name, value in {"token": token, "version": __version__, "modules": MODULES, **_endings()}.items():
+        known = {"token": token, "version": __version__, "docs": DOCS}
+        for name, value in {**known, **_endings()}.items():
             text = text.replace(f"{{{{{name}}}}}", value)
         return HTMLResponse(text)
 
     async def static(self, request: Request) -> Response:
         """Give a file of the page's own."""
-        static = STATIC.get(request.path_params["name"])
+        name = request.path_params["name"]
+        if name in self._joined:
+            return packed(request, *self._joined[name])
+        static = STATIC.get(name)
         if static is None:
             return refused("there is no such file", 404)
         room, path, kind = static

@@ -315,7 +315,10 @@ def _analysed(verb: str) -> Callable[[Asked, Place, Progress], int]:
             notify(words, DRAWING_SHARE * share)
 
         os.chdir(place.project)  # what a file names is in the project; the run is a separate process
-        keywords = keywords_of(verb, request.get("options", {}), Project(place.project))
+        keywords = {
+            **keywords_of(verb, request.get("options", {}), Project(place.project)),
+            **_of_crank(verb, request, place.project),
+        }
         declared = parameters_of(f"{registry.VERBS[verb].function}:{verb}")
         if "workers" in declared:
             keywords["workers"] = 1  # the run is a separate process already
@@ -334,11 +337,32 @@ def _subject(verb: str, request: Asked, folder: Path) -> tuple[Any, ...]:
     match ANALYSES[verb].reads:
         case "job":
             return (Job.from_dict(request["job"], folder=folder),)
+        case "crank":
+            return (str(folder / request["job"]["crankshaft"]["file"]),)
         case "file":
             return (request["file"],)
         case "both":
             return ({**_start(request["job"]), **request["file"]},)
     return ()
+
+
+def _of_crank(verb: str, request: Asked, folder: Path) -> Asked:
+    """Return the keywords of an analysis of a crank's solid that the job has."""
+    if not ANALYSES[verb].crank:
+        return {}
+    from autobalance.job.read_crankshaft import read_crankshaft
+    from autobalance.toml_files.typed_units import in_base_units
+    from autobalance.units import G_PER_MM3_PER_KG_M3
+
+    table = request["job"]["crankshaft"]
+    crank = read_crankshaft(in_base_units({"crankshaft": table})["crankshaft"], folder)
+    density_kg_m3 = crank.density_g_mm3 / G_PER_MM3_PER_KG_M3
+    return {
+        "unit": crank.unit,
+        "body": crank.body,
+        "density_kg_m3": density_kg_m3,
+        "crankpin_in_file": crank.overrides.crankpin_in_file,
+    }
 
 
 def _start(job: Asked) -> Asked:

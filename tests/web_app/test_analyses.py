@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+import autobalance as ab
 from autobalance.browser.analyses import ANALYSES, analyses, example, keywords_of, wrong_request
 from autobalance.browser.project import Project
-from autobalance.errors import UsageError
+from autobalance.browser.work import _subject
+from autobalance.errors import AutobalanceError, UsageError
 from autobalance.toml_files.document import toml_of
 from tests.web_app import small
 from tests.web_app.serving import Served
@@ -94,6 +96,32 @@ def test_no_file_outside_the_project_is_read(folder: Project) -> None:
     (folder.folder / "job.toml").write_text('[crankshaft]\nfile = "job.toml"\n', encoding="utf-8")
     assert wrong_request("bench", bench, folder) == ""  # names itself: read once
     assert "the body must be" in wrong_request("rotor", {"job": {}}, folder)
+
+
+CYCLE = {"bore_mm": 76.8, "compression_ratio": 13.0, "heat_J": 600.0, "firing_order": [1]}
+WHOLE: dict[str, Any] = {
+    **small.DRILLED,
+    "crankshaft": {**small.DRILLED["crankshaft"], "density_pm_kg_m3": 20.0},
+    "cycle": CYCLE,
+    "strength": {"pin_fillet_mm": 2.0, "material": {"tensile_MPa": 900.0}},
+}
+
+
+def without(tables: dict[str, Any], path: str) -> dict[str, Any]:
+    """Return a job without one key; of a table that holds no other, without that."""
+    name, _, rest = path.partition(".")
+    left = without(tables[name], rest) if rest else {}
+    return {**{key: value for key, value in tables.items() if key != name}, **({name: left} if left else {})}
+
+
+@pytest.mark.parametrize("verb", [verb for verb, each in ANALYSES.items() if each.job and each.needs])
+def test_what_the_page_asks_for_is_what_the_verb_refuses_to_do_without(verb: str, tmp_path: Path) -> None:
+    small.crank(tmp_path)
+    for need in ANALYSES[verb].needs:
+        job = without(WHOLE, need.split("|")[0])
+        with pytest.raises(AutobalanceError) as refused:
+            getattr(ab, verb)(_subject(verb, {"job": job, "file": {}}, tmp_path)[0])
+        assert need.split("|")[0].split(".")[1] in str(refused.value)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX")

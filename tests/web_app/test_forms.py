@@ -1,6 +1,7 @@
 """The fields of the page are made from the job's declarations."""
 
 from autobalance.browser.forms import tables
+from autobalance.browser.server import documentation
 
 
 def test_fields_are_named_as_their_keys_without_the_unit() -> None:
@@ -29,3 +30,9 @@ def test_fields_say_which_verbs_read_them_where_not_all_do() -> None:
     assert "cycle" in by_name["shafts"]["verbs"]  # for the roll couple
     assert all("strength" in by_name[name]["verbs"] for name in ("torsion", "damper", "coupling"))
     assert by_name["engine"]["verbs"] == []
+
+
+def test_help_leads_to_the_apps_page_of_the_documentation_that_the_package_states() -> None:
+    urls = ("Source, https://a.test/x", "Documentation, https://a.test/x/blob/HEAD/docs/index.md")
+    assert documentation(urls) == "https://a.test/x/blob/HEAD/docs/app.md"
+    assert documentation(urls[:1]) == ""

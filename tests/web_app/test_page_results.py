@@ -13,7 +13,7 @@ import autobalance as ab
 from autobalance.report.balance.datums import with_design_radii
 from tests.report.browser import Browser
 from tests.web_app import small
-from tests.web_app.page import BROWSER, at, job_text, latest, load, numbers, predicted, put, until
+from tests.web_app.page import BROWSER, at, job_text, latest, load, numbers, predicted, put, text_of, until
 from tests.web_app.serving import Served
 
 pytestmark = BROWSER
@@ -249,6 +249,8 @@ STRENGTH = {"pin_fillet_mm": 2.0, "material": {"tensile_MPa": 900.0}}
         ("study", {"study-histogram", "study-causes"}),
         ("shafts", set()),
         ("parts", set()),
+        ("factor", set()),
+        ("grade", set()),
     ],
 )
 def test_analyses_of_the_job_are_computed_and_drawn(
@@ -260,14 +262,15 @@ def test_analyses_of_the_job_are_computed_and_drawn(
     page.run("window.dispatchEvent(new Event('focus'))")  # the job was changed elsewhere
     job_text(page, "bore_mm = 76.8")
     page.click_on(at("tab-analyse"))
-    put(page, analysis=verb)
+    page.click_on(at(f"question-{verb}"))
+    assert page.run("return document.querySelectorAll('[data-testid=missing] input').length") == 0
     reads = {"cycle": "bore_mm", "torsion": "bore_mm"}.get(verb)
     if reads:  # the keys that it reads are fields beside its button
         until(page, f"return document.querySelector('#analysis-reads [id$={reads}]')")
     if verb == "study":
         put(page, study_option_samples=200)
     page.click_on(at("analyse"))
-    until(page, f"return document.querySelector('#analysis-{verb} img')")
+    until(page, f"return document.getElementById('analysis-{verb}')")
     run = latest(project, verb)
     pictures = {name.removesuffix(".svg") for name in run["files"] if name.endswith(".svg")}
     assert some <= pictures
@@ -285,28 +288,39 @@ def test_analyses_of_the_job_are_computed_and_drawn(
     card = f"document.querySelector('[data-testid=question-{verb}]')"
     assert page.run(f"return {card}.dataset.is") == "done"
     assert re.search(r"\d", page.run(f"return {card}.querySelector('.says').textContent"))
-    if verb == "forces":  # of an earlier job once a weight is another
+    if verb == "forces":
+        force = run["report"]["states"][-1]["force"]["greatest_n"]
+        assert page.run(f"return {card}.querySelector('.says').textContent") == f"{force:.0f} N largest force"
+        # of an earlier job once a weight is another
         put(page, factor=0.31)
         until(page, f"return {card}.dataset.is === 'old'", most_s=20.0)
 
 
-def test_an_analysis_that_lacks_something_says_what(page: Browser, project: Served) -> None:
+def test_a_question_asks_only_for_what_is_missing(page: Browser, project: Served) -> None:
     engine = {key: value for key, value in small.DRILLED["engine"].items() if key != "rod_length_mm"}
     project.ask("/api/job", {**small.DRILLED, "engine": engine}, "PUT")
     load(page, project)
     page.click_on(at("tab-analyse"))
-    card = "document.querySelector('[data-testid=question-shafts]')"
+    says = "return document.querySelector('[data-testid=question-{}] .says').textContent"
+    assert page.run(says.format("shafts")).lower() == "needs: rod length"
+    assert page.run(says.format("strength")).lower() == "needs: rod length, bore, compression ratio …"
+    assert page.run(says.format("parts")) == "not run"
     page.click_on(at("question-shafts"))
-    page.click_on(at("analyse"))
-    until(page, f"return {card}.dataset.is === 'needs'")
-    assert page.run(f"return {card}.querySelector('.says').textContent").lower() == "needs: rod length"
-    page.click_on(at("tab-parts"))  # an error goes with what it was about
-    assert page.run("return document.getElementById('error').textContent") == ""
+    asked = "return [...document.querySelectorAll('[data-testid=missing] input')].map(each => each.id)"
+    assert page.run(asked) == ["need-engine-rod_length_mm"]
+    assert page.run("return document.getElementById('analyse').disabled")
+    assert text_of(page, "state-line").lower().endswith("needs: rod length")
+    _field(page, "need-engine-rod_length_mm", "110")
+    until(page, "return !document.getElementById('analyse').disabled")
+    assert page.run(asked) == ["need-engine-rod_length_mm"]  # not from under the hand
+    assert page.run(says.format("forces")) == "not run"
+    page.click_on(at("question-study"))
+    assert page.run(asked) == ["need-crankshaft-density_pm_kg_m3"]
 
 
 def test_a_rotor_is_typed_as_fields_and_as_text_and_drawn(page: Browser, project: Served) -> None:
     page.click_on(at("tab-analyse"))
-    put(page, analysis="rotor")
+    page.click_on(at("question-rotor"))
     until(page, "return document.getElementById('rotor-general-speed_rpm')?.value === '0; 9000'")
     _field(page, "rotor-general-speed_rpm", "0; 3000")
     text = "return document.getElementById('rotor-text')?.textContent"  # not there while it is edited
@@ -324,7 +338,7 @@ def test_a_rotor_is_typed_as_fields_and_as_text_and_drawn(page: Browser, project
     page.click_on(at("analyse"))
     until(page, "return document.querySelector('#analysis-rotor img')")
     assert latest(project, "rotor")["report"]["command"] == "rotor"
-    put(page, analysis="orders")  # what is missing is said where it can be seen
+    page.click_on(at("question-orders"))  # what is missing is said where it can be seen
     page.click_on(at("analyse"))
     assert "record is missing" in until(page, "return document.getElementById('error').textContent")
 

@@ -62,7 +62,7 @@ def test_every_answer_says_what_may_be_done_with_it(app: Served) -> None:
         ("/api/health", False),
         ("/", True),
         ("/api/nothing", True),
-        ("/static/app.js", False),
+        ("/static/page.js", False),
     ):
         headers = app.ask(path, token=token).headers
         assert headers["x-content-type-options"] == "nosniff"
@@ -491,7 +491,7 @@ def test_a_drawn_crank_comes_with_its_engine(
 
 
 def test_scripts_and_forms_are_packed_for_a_browser_that_takes_that(app: Served) -> None:
-    for path in ("/static/three.min.js", "/static/app.css", "/api/kinds"):
+    for path in ("/static/three.min.js", "/static/page.css", "/static/page.js", "/api/kinds"):
         plain, packed = app.ask(path), app.ask(path, Accept_Encoding="gzip")
         assert gzip.decompress(packed.body) == plain.body
         assert packed.headers["content-encoding"] == "gzip"

@@ -14,6 +14,15 @@ const editing = signal(""); // the verb whose file's text is being typed
 
 export const fileOf = (verb) => files[verb]?.tables;
 export const optionsOf = (verb) => options[verb] || {};
+// Options that the job or the crank has already, until a person says otherwise.
+const filled = new Set();
+export function fillOptions(verb, values) {
+  for (const [key, value] of Object.entries(values)) {
+    if (filled.has(`${verb}.${key}`) || value === undefined || value === null) continue;
+    filled.add(`${verb}.${key}`);
+    options[verb] = withKey(optionsOf(verb), key, typeof value === "number" ? Number(value.toPrecision(7)) : value);
+  }
+}
 
 const asked = new Set();
 // The file of a verb, once it is looked at: the project's, else an example.

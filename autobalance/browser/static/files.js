@@ -33,11 +33,12 @@ async function filesOf(transfer) {
 
 const send = (file, apart) => askJson(`/api/files?name=${encodeURIComponent(file.name)}${apart ? `&apart=${apart}` : ""}`, { method: "POST", body: file });
 
-export let sending = Promise.resolve();
+let going = Promise.resolve();
+export const sending = () => going;
 // What was dropped is opened at once; a file without a unit in the unit that the page shows beside it.
 export function dropped(files) {
-  sending = taking(files);
-  sending.then((isCrank) => isCrank && opens());
+  going = taking(files);
+  going.then((isCrank) => isCrank && opens());
 }
 const taking = guarded(async (files) => {
   if (!files.length) return false;

@@ -2,7 +2,7 @@
 import { html } from "/static/preact.min.js";
 import { $, shown, withUnit } from "/static/tools.js";
 import { crankName, emit, isUnitAsked, state, unitOfFile } from "/static/job.js";
-import { run as analyse } from "/static/analyse.js";
+import { line as analyse } from "/static/analyse.js";
 import { balance } from "/static/correct.js";
 import { chosen, listed } from "/static/limits.js";
 import { Heavy, big, missing, read, recut } from "/static/machine.js";
@@ -108,7 +108,7 @@ const LINES = {
     const more = { text: t("Big digits"), id: "big", work: () => { big.value = true; } };
     return { tone: needs ? "plain" : isWithin ? "good" : "bad", words: needs ? t("Nothing read yet") : t(isWithin ? "Read within tolerance" : "Read above tolerance"), says: needs || t("The next cuts follow from the reading."), bars, more, main: { id: "recut", words: t("Plan the next cuts"), off: Boolean(needs), work: () => recut(false) } };
   },
-  analyse: () => ({ tone: "plain", words: t("Analyses"), says: t("Computed from the job or from a separate file. Nothing is cut."), main: { id: "analyse", words: t("Compute and draw"), work: analyse } }),
+  analyse,
   history: () => ({ tone: "plain", words: t("History"), says: t("Results: {count}", { count: results().length }), main: { words: `${t(state.result ? "To the result" : "To the crank")} ${NEXT}`, work: to(state.result ? "see" : "open") } }),
 };
 const planeBars = () => {

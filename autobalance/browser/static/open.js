@@ -177,7 +177,7 @@ function Open() {
     <h3>${t("Recognised features")}</h3><${Tree} report=${state.inspected?.report} row=${chosen.value.row} choose=${choose}/><${Cylinders}/>
     <div class="fields"><${JobField} id="density" testid="density" table="crankshaft" label=${t("Density [kg/m³]")} field=${{ ...DENSITY, default: String(assumed.density_kg_m3) }} help=${false}/>
       <label>${t("Crankpin in the file")} <select data-testid="crankpin-in-file" id="crankpin-in-file" value=${pin === undefined ? "" : String(pin)} onInput=${setPin}>${Object.entries(PINS).map(([value, words]) => html`<option value=${value}>${t(words)}</option>`)}</select></label></div>
-    <p class="buttons"><button type="button" data-testid="open" id="open" onClick=${async () => { await sending; open(); }}>${t("Measure it again")}</button> <button type="button" id="forget-overrides" hidden=${!at("crankshaft.main_journals") && !at("crankshaft.crankpins")} onClick=${forget}>${t("Recognise it all again")}</button></p>
+    <p class="buttons"><button type="button" data-testid="open" id="open" onClick=${async () => { await sending(); open(); }}>${t("Measure it again")}</button> <button type="button" id="forget-overrides" hidden=${!at("crankshaft.main_journals") && !at("crankshaft.crankpins")} onClick=${forget}>${t("Recognise it all again")}</button></p>
     <details class="fold" id="other-crank"><summary>${t("Another crank")}</summary><${Ways}/></details>`;
 }
 
@@ -243,7 +243,7 @@ function Unit() {
   if (!UNITLESS.includes(ending(coming.value || state.file))) return html`<div id="unit-field" hidden></div>`;
   const isAsked = isUnitAsked(), answer = (unit) => { assumed.unit = unit; keep("crankshaft.unit", unit); changed(); };
   const setUnit = ({ target }) => answer(target.value);
-  const again = async () => { await sending; if (state.file) open(); };
+  const again = async () => { await sending(); if (state.file) open(); };
   return html`<div id="unit-field" class="tell" data-tone=${isAsked ? "warn" : "plain"} data-testid="unit-question" data-asked=${String(isAsked)}>${isAsked ? html`<h3>${t("Is the file in {unit}?", { unit: t(unitOfFile()) })}</h3><p>${t("The file has no unit.")}${long() === null ? "" : ` ${t("In {unit} the crank is {length} from the first web to the last.", { unit: t(unitOfFile()), length: withUnit(long(), 0, "mm") })}`}</p>` : ""}
     <label>${t("Unit of the file")} <select data-testid="unit" id="unit" value=${unitOfFile()} onInput=${setUnit} onChange=${again}>${UNITS.map((each) => html`<option value=${each}>${t(each)}</option>`)}</select></label>${isAsked ? html` <button type="button" id="unit-yes" data-testid="unit-yes" onClick=${() => answer(unitOfFile())}>${t("Yes, {unit}", { unit: t(unitOfFile()) })}</button>
     <div class="stroke"><label>${t("or: my stroke is [mm]")} <input id="stroke" data-testid="stroke" inputMode="decimal" value=${strokeTyped.value.text} aria-describedby="stroke-note" aria-invalid=${strokeTyped.value.why ? "true" : undefined} onInput=${({ target }) => { strokeTyped.value = { text: target.value, why: "" }; }}/></label> <button type="button" data-testid="by-stroke" onClick=${() => byStroke(again)}>${t("Use my stroke")}</button><small class="note" id="stroke-note">${strokeTyped.value.why}</small></div>` : ""}</div>`;

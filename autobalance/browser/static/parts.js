@@ -82,9 +82,21 @@ function pasted(event, group, place) {
   const cells = event.clipboardData.getData("text").trim().split(/\r?\n/).map((text) => text.split("\t").map((cell) => cell.trim()));
   if (cells.length < 2 && cells[0].length < 2) return;
   event.preventDefault();
-  const number = (text) => (text || "").replace(/\s*g$/, "").replace(",", ".");
+  const number = (text) => (text || "").replace(/\s*g$/, "").replace(",", "."), isNumber = (text) => text !== "" && Number.isFinite(Number(number(text)));
+  const into = event.target.dataset.testid?.replace("weight-", "");
+  if (into in state.weights[group][place] && into !== "name" && cells.every(([first]) => isNumber(first))) return filledDown(group, place, into, cells.map((row) => row.map(number)));
   const found = cells.map(([name, g, pm]) => ({ name: name.replace(/\s+/g, "_"), g: number(g), pm: number(pm).replace("±", ""), pieces: "" })).filter((row) => row.name && row.g !== "" && Number.isFinite(Number(row.g)));
   state.weights[group].splice(place, 1, ...found);
+  changed();
+}
+
+// Numbers alone fill down from the field that they are pasted into, and right; other parts stay.
+function filledDown(group, place, into, cells) {
+  const columns = COLUMNS.map(([key]) => key), from = columns.indexOf(into);
+  cells.forEach((row, k) => {
+    const part = (state.weights[group][place + k] ||= { name: "", g: "", pm: "", pieces: "", isOwn: true });
+    if (part.raw === undefined) row.forEach((text, j) => { if (columns[from + j]) part[columns[from + j]] = text; });
+  });
   changed();
 }
 
