@@ -17,6 +17,7 @@ from starlette.responses import FileResponse, JSONResponse, Response
 LARGEST_JSON = 1 << 20
 LARGEST_DRAINED = 1 << 30
 BINARY = "application/octet-stream"
+PDF = (".pdf", "application/pdf")
 PICTURES = {".png": "image/png", ".svg": "image/svg+xml"}
 
 
@@ -50,13 +51,15 @@ def refused(text: str, status: int) -> Response:
     return JSONResponse({"error": text}, status)
 
 
-def file_of(path: Path | None, saved_as: str | None = None) -> Response:
-    """Return a file: a picture to show, anything else to save; 404 if it is missing."""
+def file_of(path: Path | None, saved_as: str | None = None, to_show: bool = False) -> Response:
+    """Return a file: a picture to show, a PDF if ``to_show``, anything else to save; 404 if it is missing."""
     if path is None:
         return refused("there is no such file", 404)
     picture = PICTURES.get(path.suffix.lower())
     if picture is not None:
         return FileResponse(path, media_type=picture)
+    if to_show and path.suffix.lower() == PDF[0]:
+        return FileResponse(path, media_type=PDF[1], filename=saved_as, content_disposition_type="inline")
     return FileResponse(path, media_type=BINARY, filename=saved_as)
 
 

@@ -114,7 +114,8 @@ class Live:
         """Give a certificate, a card, a list or a drawing of a result."""
         run, name = request.path_params["run"], request.path_params["name"]
         papers = (self._json(request, MODEL) or {}).get("papers", [])
-        return file_of(self._project.own(run, name) if name in papers else None, name)
+        path = self._project.own(run, name) if name in papers else None
+        return file_of(path, name, "show" in request.query_params)
 
     async def cards(self, request: Request) -> Response:
         """Return the kinds compared so far: rows as in the report, and the names of those with a picture."""

@@ -403,7 +403,7 @@ class Pages:
     async def result(self, request: Request) -> Response:
         """Give a file of a run."""
         name = request.path_params["name"]
-        return file_of(self._of_run(request.path_params["run"], name), name)
+        return file_of(self._of_run(request.path_params["run"], name), name, "show" in request.query_params)
 
     def _of_run(self, run: str, name: str) -> Path | None:
         record = self._runs.state_of(run)

@@ -318,9 +318,9 @@ def test_it_is_worked_by_keys_alone(page: Browser) -> None:
 
 def test_nothing_is_wider_than_the_window(page: Browser) -> None:
     try:
-        for width in (1400, 820, 768, 390):
+        for width in (1440, 1024, 768, 390):
             page.resize(width, 900)
-            for tab in ("open", "parts", "correct", "see", "machine"):
+            for tab in ("open", "parts", "correct", "see", "machine", "analyse", "history"):
                 page.click_on(at(f"tab-{tab}"))
                 wide = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
                 assert page.run(f"return {wide}") <= 0, (width, tab)

@@ -155,4 +155,10 @@ def test_in_a_table_enter_goes_down_and_pasted_numbers_fill_down(page: Browser, 
 
 def test_a_run_is_listed_with_its_crank(page: Browser) -> None:
     page.click_on(at("tab-correct"))
-    assert page.run("return document.querySelector('#run-list li b').textContent") == "small"
+    page.run(
+        "[...document.querySelectorAll('#run-list button')].find(b => /^All/.test(b.textContent))?.click()"
+    )
+    shown = page.run(
+        "return [...document.querySelectorAll('#run-list li span:first-child')].map(each => each.textContent)"
+    )
+    assert any(each.startswith("small balance: done") for each in shown)

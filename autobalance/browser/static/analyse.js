@@ -82,7 +82,7 @@ function Questions() {
 
 function Question(each) {
   const { verb: name, reads, says } = each, run = last(name), going = running().find((one) => one.verb === name), found = answerOf(name), lacks = lacking(each);
-  const failed = run?.state === "failed" && !run.job_changed ? run : null, is = going ? "running" : found ? (isOld(found) ? "old" : "done") : lacks.length ? "needs" : failed ? "failed" : "new";
+  const failed = run?.state === "failed" && !run.job_changed ? run : null, is = going ? "running" : lacks.length ? "needs" : found ? (isOld(found) ? "old" : "done") : failed ? "failed" : "new";
   const states = { running: () => `${Math.round(100 * going.share)} %`, old: () => `${t("earlier job")}: ${numberOf(each, found)}`, done: () => numberOf(each, found), needs: () => t("needs: {what}", { what: needWords(lacks) }), failed: () => failed.error.replace(/^job\.toml: /, ""), new: () => (reads === "records" ? t("send a file") : t("not run")) };
   return html`<button type="button" class=${`kind question${opened().verb === name ? " chosen" : ""}`} aria-expanded=${String(opened().verb === name)} data-testid=${`question-${name}`} data-is=${is} onClick=${() => { chosen.value = name; }}><b>${t(each.question)}</b><span class="says">${states[is]()}</span><small>${t(says)}</small></button>`;
 }

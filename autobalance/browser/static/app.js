@@ -20,6 +20,7 @@ import * as nc from "/static/nc.js";
 import * as open from "/static/open.js";
 import * as parts from "/static/parts.js";
 import * as place from "/static/place.js";
+import * as printing from "/static/printing.js";
 import * as runs from "/static/runs.js";
 import * as stageTools from "/static/stage-tools.js";
 import * as settings from "/static/settings.js";
@@ -82,7 +83,7 @@ async function begin() {
   translated(document.body);
   limits.setUp(declared.kinds);
   view.words = t;
-  for (const each of [open, correct, see, drag, views, keys, stageTools]) each.setUp(view);
+  for (const each of [open, correct, see, drag, views, keys, stageTools, printing]) each.setUp(view);
   for (const each of [dragPanels, parts, jobText, analyse, board, machine, nc, settings, helpLine, webs, history, frame]) each.setUp();
   clash.setUp($("clash-root"));
   mount(Toast, $("toast-root"));

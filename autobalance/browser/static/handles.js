@@ -25,7 +25,7 @@ export function show(cuts, asked) {
   given = asked;
   hiding++;
   hands = cuts.map((cut, place) => {
-    const made = el("button", { type: "button", className: "handle", role: "slider", textContent: String(cut.number), "aria-valuemin": "0", "aria-valuemax": most(cut).toFixed(3), "aria-label": `Cut ${cut.number}, ${cut.label}: depth [mm]${cut.may_turn ? "; left and right turn it about the axis" : ""}${cut.drills.length > 1 ? "; brackets choose the drill" : ""}`, data: { testid: "handle", cut: String(cut.number) } });
+    const made = el("div", { tabIndex: 0, className: "handle", role: "slider", textContent: String(cut.number), "aria-valuemin": "0", "aria-valuemax": most(cut).toFixed(3), "aria-label": `Cut ${cut.number}, ${cut.label}: depth [mm]${cut.may_turn ? "; left and right turn it about the axis" : ""}${cut.drills.length > 1 ? "; brackets choose the drill" : ""}`, data: { testid: "handle", cut: String(cut.number) } });
     made.addEventListener("pointerdown", (event) => grip(event, made, cut, place));
     made.addEventListener("keydown", (event) => keyed(event, cut, place));
     if (cut.drills.length > 1) made.addEventListener("wheel", (event) => { event.preventDefault(); given.thicker(place, event.deltaY < 0 ? 1 : -1); }, { passive: false });

@@ -174,7 +174,7 @@ function Open() {
   if (!state.file && !coming.value) return html`<${First}/>`;
   const pin = at("crankshaft.crankpin_in_file"), setPin = ({ target }) => { keep("crankshaft.crankpin_in_file", target.value === "" ? undefined : target.value === "true"); changed(); };
   return html`<${Name}/><${Unit}/><${Bodies}/><ul id="doubts" aria-label=${t("Warnings")} aria-live="polite">${doubts.value.map((each) => html`<li>${each}</li>`)}</ul><${Cylinder}/>
-    <h3>${t("Recognised features")}</h3><${Tree} report=${state.inspected?.report} row=${chosen.value.row} choose=${choose}/><${Cylinders}/>
+    <h2 class="small">${t("Recognised features")}</h2><${Tree} report=${state.inspected?.report} row=${chosen.value.row} choose=${choose}/><${Cylinders}/>
     <div class="fields"><${JobField} id="density" testid="density" table="crankshaft" label=${t("Density [kg/m³]")} field=${{ ...DENSITY, default: String(assumed.density_kg_m3) }} help=${false}/>
       <label>${t("Crankpin in the file")} <select data-testid="crankpin-in-file" id="crankpin-in-file" value=${pin === undefined ? "" : String(pin)} onInput=${setPin}>${Object.entries(PINS).map(([value, words]) => html`<option value=${value}>${t(words)}</option>`)}</select></label></div>
     <p class="buttons"><button type="button" data-testid="open" id="open" onClick=${async () => { await sending(); open(); }}>${t("Measure it again")}</button> <button type="button" id="forget-overrides" hidden=${!at("crankshaft.main_journals") && !at("crankshaft.crankpins")} onClick=${forget}>${t("Recognise it all again")}</button></p>

@@ -120,7 +120,7 @@ const PAPERS = [["For the machinist", ["sheet.pdf", "holes.csv", "drawing.dxf"]]
 function Files() {
   const { id, report, told, papers = [] } = state.result || {}, solid = report?.outputs.solid?.file, crank = asFileName(crankName(told?.crank));
   if (!report) return "";
-  const link = (name, words, more = {}) => html`<a href=${`/api/runs/${id}/${more.room || "files"}/${encodeURIComponent(name)}`} download=${crank ? `${crank}-${name}` : name} data-file=${name} id=${more.id} data-testid=${more.id}>${t(words)}</a> `;
+  const link = (name, words, more = {}) => html`<a href=${`/api/runs/${id}/${more.room || "files"}/${encodeURIComponent(name)}`} download=${crank ? `${crank}-${name}` : name} data-file=${name} id=${more.id} data-testid=${more.id}>${t(words)}</a>${name.endsWith(".pdf") ? html` <a class="print" target="_blank" data-print=${name} href=${`/api/runs/${id}/${more.room || "files"}/${name}?show`} aria-label=${`${t("Print")}: ${t(words)}`}>${t("Print")}</a>` : ""} `;
   const files = (told?.files || []).filter((name) => name !== "report.json" && name !== solid), grouped = PAPERS.flatMap(([, names]) => names);
   const known = (name) => (files.includes(name) ? link(name, FILES[name] || name) : papers.includes(name) ? link(name, FILES[name] || name, { room: "papers" }) : "");
   const others = [...files, ...papers].filter((name) => !grouped.includes(name));
