@@ -29,3 +29,9 @@ def test_a_formula_loads_neither_cuts_nor_cranks(call: str, most: int) -> None:
     )
     assert done.returncode == 0, done.stderr
     assert int(done.stdout) <= most
+
+
+def test_the_report_of_every_add_on_is_described_without_scipy() -> None:
+    program = "from autobalance.balancing.sections import section_types; section_types(); import sys"
+    check = "; sys.exit('scipy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", program + check], check=False).returncode == 0

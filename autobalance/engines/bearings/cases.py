@@ -12,8 +12,8 @@ from autobalance.engines.bearings.film import JournalBearing
 from autobalance.engines.bearings.heat_balance import Supply
 from autobalance.engines.bearings.oil import WaltherOil
 from autobalance.engines.bearings.oil_feeds import Feed
-from autobalance.engines.bearings.reynolds import Boundary
 from autobalance.engines.bearings.rolling import RollingBearing
+from autobalance.engines.bearings.unit_film import Boundary
 from autobalance.types import Array
 
 Solver = Literal["ocvirk", "reynolds", "petroff"]

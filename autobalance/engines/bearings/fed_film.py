@@ -25,9 +25,8 @@ from scipy.sparse.linalg import splu
 from autobalance.engines.bearings.fed_mesh import Conductances, Mesh, conductances
 from autobalance.engines.bearings.film import JournalBearing, turning
 from autobalance.engines.bearings.oil_feeds import Capillary, Feed, Orifice
-from autobalance.engines.bearings.reynolds import Boundary
 from autobalance.engines.bearings.stability import NO_THRESHOLD, WhirlThreshold, whirl_threshold
-from autobalance.engines.bearings.unit_film import CONTACT_ECCENTRICITY_RATIO
+from autobalance.engines.bearings.unit_film import CONTACT_ECCENTRICITY_RATIO, Boundary
 from autobalance.types import Array
 
 Flags = npt.NDArray[np.bool_]

@@ -6,8 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
-from scipy.optimize import brentq
-
 from autobalance.engines.bearings.oil import WaltherOil
 
 HOTTEST_RISE_K = 400.0
@@ -76,6 +74,8 @@ def running_temperature_C(
     hottest = supply.celsius + HOTTEST_RISE_K
     if excess(hottest) < 0.0:
         return None
+    from scipy.optimize import brentq  # every `verify` loads this file for its keys alone
+
     celsius = float(brentq(excess, supply.celsius, hottest, xtol=NEAR_K))
     film = film_at(celsius)
     if film is None or abs(excess(celsius)) > 1e-3:

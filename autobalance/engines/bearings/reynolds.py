@@ -11,20 +11,17 @@ pressure is in units of 6 η Ω (R/c)², with g = dθ/dγ and λ = L/D,
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import coo_array, csc_array, diags_array, kron
 from scipy.sparse.linalg import SuperLU, splu
 
-from autobalance.engines.bearings.unit_film import FilmModel, Pressure, UnitFilm
+from autobalance.engines.bearings.unit_film import Boundary, FilmModel, Pressure, UnitFilm
 from autobalance.types import Array
 
 Flags = npt.NDArray[np.bool_]
-Boundary = Literal["half", "reynolds", "full"]
-"""Treatment of negative pressure: cut from the full solution, prevented so that it ends without slope, or
-left."""
 PRESSURE_UNIT = 6.0
 """The pressure here in units of η Ω (R/c)²."""
 ACTIVE_SET_STEPS = 100

@@ -10,11 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from autobalance.types import Array
 
+Boundary = Literal["half", "reynolds", "full"]
+"""Treatment of negative pressure: cut from the full solution, prevented so that it ends without slope, or
+left."""
 CONTACT_ECCENTRICITY_RATIO = 0.99
 """Eccentricity ratio above which smooth surfaces and a stiff bush are a fiction: the film is broken."""
 
