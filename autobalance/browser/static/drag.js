@@ -5,7 +5,7 @@ import { changed as changedJob, on, state } from "/static/job.js";
 import { balance } from "/static/correct.js";
 import * as handles from "/static/handles.js";
 import { listed } from "/static/limits.js";
-import { redraw, redrawNow } from "/static/store.js";
+import { redraw, redrawSeen } from "/static/store.js";
 import { t } from "/static/words.js";
 
 export const TURN = 60; // degrees, each way
@@ -96,7 +96,7 @@ export function asItWas() {
 function changed() {
   handles.told();
   predict(); // what is shown is busy from here on
-  redrawNow();
+  redrawSeen();
 }
 
 // --- undo and redo: every move, step by step ------------------------------------------------------------------
@@ -141,7 +141,7 @@ async function predict() {
   asking = false;
   if (again) { again = false; await predict(); return; }
   dragged.busy = false;
-  redraw();
+  redrawSeen();
 }
 
 // All cuts as they stand now go into the job, with places and depths: these are made, and measured with all papers.

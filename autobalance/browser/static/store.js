@@ -6,7 +6,7 @@ let waiting = false;
 
 export function mount(component, box) {
   const draw = () => render(html`<${component}/>`, box);
-  drawn.push(draw);
+  drawn.push({ draw, box });
   draw();
 }
 export function redraw() {
@@ -16,7 +16,15 @@ export function redraw() {
 }
 export function redrawNow() {
   waiting = false;
-  for (const draw of drawn) draw();
+  for (const { draw } of drawn) draw();
+}
+// While a hand drags: at once what is on the open tab, the rest when the hand rests.
+const REST_MS = 150;
+let resting = null;
+export function redrawSeen() {
+  for (const { draw, box } of drawn) if (!box.closest("[hidden]")) draw();
+  clearTimeout(resting);
+  resting = setTimeout(redraw, REST_MS);
 }
 // A value that components show.
 export function signal(value) {
