@@ -36,7 +36,7 @@ def bob_card(report: Report, paper: Paper = "A4", units: UnitSystem = "metric", 
     )
     story: list[Flowable] = [
         prose("Bob-weights", 15.0, bold=True, after=1.6),
-        prose(text, 8.0),
+        prose(text),
     ]
     for throws, bob in _equal_bobs(report):
         story += [Spacer(1.0, 3.0 * POINTS_PER_MM), _throws(report, throws, bob, u, wide - 2.0 * MARGIN_MM)]
@@ -44,7 +44,7 @@ def bob_card(report: Report, paper: Paper = "A4", units: UnitSystem = "metric", 
         parts = external_table(report, u, wide - 2.0 * MARGIN_MM, Zero.of(report, "crankpin"))
         heading = prose("External balance, angles ccw from crankpin 1", 12.0, bold=True)
         story.append(Spacer(1.0, 3.0 * POINTS_PER_MM))
-        story.append(KeepTogether([heading, prose(external_words(report), 8.0), parts]))
+        story.append(KeepTogether([heading, prose(external_words(report)), parts]))
     return written(sheet, paper, [template("card", sheet, 0.0)], story)[1]
 
 
@@ -103,7 +103,7 @@ def _throws(report: Report, throws: Sequence[int], bob: Report, u: DisplayUnits,
     parts: list[Flowable] = [heading, table(wide_mm, columns, rows, row_mm=5.4)]
     tolerance = bob.get("tolerance_g")
     if tolerance is not None:
-        parts.append(prose(f"Tolerance ±{tolerance:.3f} g.", 8.0))
+        parts.append(prose(f"Tolerance ±{tolerance:.3f} g."))
     washers = at(report, "job.shop.washers_g")
     if washers:
         parts.append(prose(stack_words(fitted, washers), 10.0, bold=True))

@@ -8,7 +8,7 @@ from pathlib import PurePath
 from reportlab.platypus import Flowable, Spacer
 
 from autobalance.paper.document import PAPERS_MM, Paper, prose, template, written
-from autobalance.paper.lettering import POINTS_PER_MM
+from autobalance.paper.lettering import POINTS_PER_MM, SMALLEST_PT
 from autobalance.paper.machine_page import unbalance_table
 from autobalance.paper.pen import SOFT, Pen
 from autobalance.paper.tables import Column, table
@@ -95,6 +95,15 @@ def _basis(report: Report) -> str:
     )
 
 
+def _verified(report: Report) -> str:
+    """Return in a few words how the residual is known."""
+    if _was_read(report):
+        return f"read on the machine, stage {report['stages'][-1]['stage']}"
+    if report.get("stages"):
+        return "calculated from the last reading and the cuts since"
+    return "calculated from the corrected model"
+
+
 def _facts(report: Report, u: DisplayUnits, date: str) -> Sequence[Sequence[str]]:
     tolerance, words = report["tolerance"], work(report)
     machine = at(report, "job.shop.machine")
@@ -109,7 +118,8 @@ def _facts(report: Report, u: DisplayUnits, date: str) -> Sequence[Sequence[str]
         ("Rotor mass", u.of_mass(tolerance["rotor_mass_g"])),
         ("Bob-weights", bobs),
         ("Balance factor", "none: the throws cancel out" if factor is None else f"{factor:.4f}"),
-        ("Cuts", str(len(report["corrections"]) + len(report.get("earlier_corrections") or ()))),
+        ("Cuts in all", str(len(report["corrections"]) + len(report.get("earlier_corrections") or ()))),
+        ("Verified", _verified(report)),
         ("Machine", PurePath(machine).stem if machine else "-"),
         ("Date", date or "-"),
     ]
@@ -150,4 +160,4 @@ class _Signatures(Flowable):  # type: ignore[misc]
         pen, share = Pen(self.canv, 2.0 * SIGN_MM), self.wide_mm / 3.0
         for k, name in enumerate(("balanced by, date", "checked by, date", "received by, date")):
             pen.line(k * share, 22.0, (k + 1) * share - 6.0, 22.0, SOFT, 0.2)
-            pen.text(k * share, 25.2, name, 8.0)
+            pen.text(k * share, 25.2, name, SMALLEST_PT)

@@ -18,7 +18,7 @@ from autobalance.wording import NO_VALUE, degrees
 
 def cut_table(items: Sequence[Item], u: DisplayUnits, wide_mm: float, zero: Zero) -> Flowable:
     """Return a table of every cut, angles in both senses, depths with and without the point."""
-    columns = [Column("No", 6.5), *cut_columns(u, zero)]
+    columns = [Column("No", 7.5), *cut_columns(u, zero)]
     return table(wide_mm, columns, [cut_row(item, u, zero) for item in items])
 
 
@@ -26,7 +26,7 @@ def cut_columns(u: DisplayUnits, zero: Zero) -> list[Column]:
     """Return the columns of a cut, without its number."""
     from_crankpin = zero.angle_deg != 0.0
     return [
-        Column("cut", 18.5, "left"),
+        Column("cut", 17.5, "left"),
         Column("how", 24.0, "left"),
         Column("where", 10.0, "left"),
         Column(f"{zero.name}\nccw" if from_crankpin else "angle\nccw", 13.0),
@@ -37,8 +37,8 @@ def cut_columns(u: DisplayUnits, zero: Zero) -> list[Column]:
         Column(f"diameter\n{u.length}", 13.0),
         Column(f"depth\n{u.length}", 11.5),
         Column("with point\n" + u.length, 14.5),
-        Column(f"mass\n{u.mass}", 11.0),
-        *([] if u.is_metric else [Column("\ng", 10.0)]),
+        Column(f"mass\n{u.mass}", 11.0 if u.is_metric else 12.5),
+        *([] if u.is_metric else [Column("\ng", 11.5)]),
     ]
 
 

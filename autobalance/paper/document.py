@@ -56,9 +56,9 @@ def _binary_streams() -> Iterator[None]:
 
 
 def prose(
-    text: str, size: float = 8.0, colour: str = INK, bold: bool = False, after: float = 1.2
+    text: str, size: float = SMALLEST_PT, colour: str = INK, bold: bool = False, after: float = 1.2
 ) -> Flowable:
-    """Return a paragraph, in the sheet's fonts, with ``after`` mm below it; never smaller than 8 pt."""
+    """Return a paragraph, in the sheet's fonts, with ``after`` mm below it; never smaller than 9 pt."""
     size = max(size, SMALLEST_PT)
     shown = NO_NUMBER_FIRST.sub("\u00a0", safe(text))
     font = font_of(shown, bold)
@@ -66,7 +66,7 @@ def prose(
         "text",
         fontName=font,
         fontSize=size,
-        leading=1.28 * size,
+        leading=1.2 * size,
         textColor=colour,
         spaceAfter=after * POINTS_PER_MM,
     )

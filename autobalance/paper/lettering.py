@@ -9,7 +9,7 @@ FALLBACK = "DejaVuSans"
 """Font in the package for Latin, Greek and Cyrillic names; the PDF embeds the letters used."""
 POINTS_PER_MM = 72.0 / 25.4
 ELLIPSIS = "..."
-SMALLEST_PT = 8.0
+SMALLEST_PT = 9.0
 """Smallest type: a sheet is read at a machine, at arm's length."""
 
 

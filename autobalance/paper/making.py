@@ -11,7 +11,7 @@ from reportlab.platypus import Flowable
 
 from autobalance.paper.cheeks import Cheek
 from autobalance.paper.drawing import webs_cut
-from autobalance.paper.lettering import fitted, lines_of, safe
+from autobalance.paper.lettering import SMALLEST_PT, fitted, lines_of, safe
 from autobalance.paper.pen import INK, RULE, Pen
 from autobalance.paper.tables import Column, table
 from autobalance.report.balance import kinds
@@ -23,7 +23,7 @@ from autobalance.wording import NO_VALUE, degrees
 SAME_STEP_DEG = 0.05
 FEWEST_ALIKE = 3
 """Fewest equal holes on a circle that share one instruction."""
-SIZE, LINE_MM, GAP_MM = 8.0, 3.3, 1.2
+SIZE, LINE_MM, GAP_MM = SMALLEST_PT, 3.5, 1.2
 CUT_MM = 15.0
 SHARES = (0.23, 0.29, 0.24, 0.24)
 """Widths of the columns beside a view: angles, z and radius, x and y, walls."""
@@ -194,15 +194,15 @@ def making_table(rows: Sequence[Making], u: DisplayUnits, wide_mm: float, zero: 
     """Return the instructions of a plate as a table over the width of the page."""
     columns = [
         Column("cut", 13.0, "left"),
-        Column("what to do", 56.0, "left"),
-        Column(f"ccw from\n{zero.name}", 14.0),
-        Column(f"cw from\n{zero.name}", 14.0),
-        Column(f"radius\n{u.length}", 13.0),
-        Column(f"x\n{u.length}", 13.0),
-        Column(f"y\n{u.length}", 13.0),
-        Column(f"z from\ncheek {u.length}", 15.0),
-        Column(f"wall left\n{u.length}", 13.0),
-        Column(f"depth left\n{u.length}", 13.0),
+        Column("what to do", 48.0, "left"),
+        Column(f"ccw from\n{zero.name}", 17.0),
+        Column(f"cw from\n{zero.name}", 17.0),
+        Column(f"radius\n{u.length}", 12.0),
+        Column(f"x\n{u.length}", 12.5),
+        Column(f"y\n{u.length}", 12.5),
+        Column(f"z from\ncheek {u.length}", 17.0),
+        Column(f"wall left\n{u.length}", 14.5),
+        Column(f"depth left\n{u.length}", 16.0),
     ]
     cells = [
         [row.label, row.what, row.ccw, row.cw, row.radius, row.x, row.y, row.z, row.wall, row.left]

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.paper.lettering import POINTS_PER_MM, font_of, width_mm
+from autobalance.paper.lettering import POINTS_PER_MM, SMALLEST_PT, font_of, width_mm
 from autobalance.solid.csg.region import Polygons
 from autobalance.types import Array
 
@@ -49,7 +49,7 @@ def thinned(places: Array) -> Array:
 
 def badge_size(text: str) -> float:
     """Return the font size of a number in its disc."""
-    return 8.0
+    return SMALLEST_PT
 
 
 def badge_width_mm(text: str) -> float:
@@ -70,7 +70,7 @@ class Pen:
         return (self.height_mm - down) * POINTS_PER_MM
 
     def text(
-        self, x: float, down: float, text: str, size: float = 8.0, colour: str = INK, *,
+        self, x: float, down: float, text: str, size: float = SMALLEST_PT, colour: str = INK, *,
         bold: bool = False, mono: bool = False, align: str = "left",
     ) -> None:  # fmt: skip
         """Write a text, its base line at ``down``."""

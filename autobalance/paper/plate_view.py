@@ -9,7 +9,7 @@ from reportlab.platypus import Flowable
 
 from autobalance.paper.cheeks import Cheek
 from autobalance.paper.drawing import SectionDrawing
-from autobalance.paper.lettering import POINTS_PER_MM, shortened
+from autobalance.paper.lettering import POINTS_PER_MM, SMALLEST_PT, shortened
 from autobalance.paper.making import Making, SideTable, makings
 from autobalance.paper.pen import Pen
 from autobalance.paper.plates import Plate
@@ -85,7 +85,7 @@ class PlateView(Flowable):  # type: ignore[misc]
     def draw(self) -> None:
         pen = Pen(self.canv, self.high_mm)
         pen.text(0.0, 3.4, self.plate.title, 9.5, bold=True)
-        pen.text(0.0, 6.8, shortened(self._words(), 8.0, self.wide_mm), 8.0)
+        pen.text(0.0, 6.8, shortened(self._words(), SMALLEST_PT, self.wide_mm), SMALLEST_PT)
         self.view.draw(pen, 0.0, HEAD_MM)
         x, down = self.view.wide_mm + BESIDE_MM, HEAD_MM
         if self.section is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from autobalance.paper.lettering import SMALLEST_PT
 from autobalance.paper.pen import INK, Pen
 from autobalance.report.display_units import DisplayUnits
 
@@ -32,4 +33,4 @@ def scale_bar(pen: Pen, u: DisplayUnits, x: float, down: float) -> None:
     pen.line(x, down, x + long, down, INK, 0.3)
     for place in (x, x + long):
         pen.line(place, down - 1.2, place, down + 1.2, INK, 0.3)
-    pen.text(x + long + 1.5, down + 0.7, label, 8.0)
+    pen.text(x + long + 1.5, down + 0.7, label, SMALLEST_PT)

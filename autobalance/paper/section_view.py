@@ -11,7 +11,7 @@ import numpy as np
 from autobalance.paper.cheeks import Cheek
 from autobalance.paper.drawing import MIN_AXIAL_COMPONENT, SectionDrawing
 from autobalance.paper.labels import spread_between
-from autobalance.paper.lettering import width_mm
+from autobalance.paper.lettering import SMALLEST_PT, width_mm
 from autobalance.paper.pen import ACCENT, CENTRE_LINE, INK, METAL, SOFT, Pen, badge_width_mm
 from autobalance.paper.scales import scale_for
 from autobalance.report.balance import kinds
@@ -32,7 +32,7 @@ TICKS = 3
 """Fewest parts of a scale."""
 NUMBERS_MM, LEAST_NUMBERS_MM = 9.0, 4.6
 """Distance of the numbers of a scale, usual and least."""
-SIZE = 8.0
+SIZE = SMALLEST_PT
 SHORT_MM = 5.0
 """Length on the page below which a dimension has its arrows outside."""
 
@@ -90,7 +90,7 @@ class SectionView:
     def draw(self, pen: Pen, x: float, down: float) -> None:
         """Draw metal, cuts, numbers, dimensions and the scale of z; the corner of the box is at (x, down)."""
         self.x, self.down = x, down
-        pen.text(x, down + 3.0, f"{self.title}, scale {self.scale_name}", SIZE)
+        pen.text(x, down + 3.0, f"{self.title}, {self.scale_name}", SIZE)
         pen.shape(self.section.outline, self.to_page, METAL, INK, 0.2)
         for item in self.items:
             slug = item.get("slug_mass_g") is not None

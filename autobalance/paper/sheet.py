@@ -18,7 +18,7 @@ from autobalance.paper.cheeks import cheeks
 from autobalance.paper.cuts import cut_columns, cut_table, slug_table
 from autobalance.paper.document import PAPERS_MM, Paper, prose, template, written
 from autobalance.paper.drawing import Drawings, SectionDrawing
-from autobalance.paper.lettering import POINTS_PER_MM
+from autobalance.paper.lettering import POINTS_PER_MM, SMALLEST_PT
 from autobalance.paper.making import making_table
 from autobalance.paper.plate_view import PlateView, WholeCrank
 from autobalance.paper.plates import plates
@@ -163,7 +163,7 @@ class _Story:
         self._gap(2.0)
         unbalance = machine_page.unbalance_table(report, u, self.wide_mm, self.zero)
         self._kept("Unbalance: before, after, permitted", unbalance)
-        self.parts.append(prose(machine_page.judged_words(report, self.zero), 8.0))
+        self.parts.append(prose(machine_page.judged_words(report, self.zero), SMALLEST_PT))
         return self.parts
 
     def _in_the_model(self) -> str:
@@ -179,21 +179,22 @@ class _Story:
         self.parts += [prose("Shop sheet: balance the crankshaft", 14.0, bold=True, after=1.6)]
         self.parts.append(prose(outcome_words(report), 11.0, bold=True))
         units = f"Lengths in {u.length}, masses in {u.mass}, unbalance in {u.unbalance}. "
-        self.parts.append(prose(units + machine_page.judged_words(report, self.zero), 8.0))
-        self.parts += [prose(text, 8.0) for text in machine_page.reading_words(report, u, self.zero)]
+        self.parts.append(prose(units + machine_page.judged_words(report, self.zero), SMALLEST_PT))
+        self.parts += [prose(text, SMALLEST_PT) for text in machine_page.reading_words(report, u, self.zero)]
         if report.get("reason"):
-            self.parts.append(prose(in_units(report["reason"], u), 8.0, FAILURE_COLOUR))
+            self.parts.append(prose(in_units(report["reason"], u), SMALLEST_PT, FAILURE_COLOUR))
         if note := work(report).get("note"):
-            self.parts.append(prose(f"Note of the job: {note}", 8.0))
+            self.parts.append(prose(f"Note of the job: {note}", SMALLEST_PT))
         self.parts += [
-            prose(f"Note: {in_units(text, u)}", 7.0, FAILURE_COLOUR) for text in report.get("warnings") or []
+            prose(f"Note: {in_units(text, u)}", SMALLEST_PT, FAILURE_COLOUR)
+            for text in report.get("warnings") or []
         ]
         self._gap(0.6)
         if not self.items:
             self.parts.append(prose("Nothing to cut.", 10.0))
             return
         self.parts.append(self._heading("Set-up"))
-        self.parts += [prose(text, 7.0, after=0.5) for text in set_up(report, u, self.zero, self.cheeks)]
+        self.parts += [prose(text, after=0.5) for text in set_up(report, u, self.zero, self.cheeks)]
         self._gap(1.5)
         self._room(30.0)
         self.parts += [
@@ -206,7 +207,7 @@ class _Story:
             "the tip. A negative mass is added metal: the slug is heavier than the metal of its bore. "
             "Depth left: how much deeper a hole may go before it meets a limit of the job."
         )
-        self.parts.append(prose(note, 8.0))
+        self.parts.append(prose(note, SMALLEST_PT))
         self._tolerances(tolerances(report))
         self._slugs()
 
@@ -216,10 +217,10 @@ class _Story:
         self.parts.append(self._heading("Tolerances: angle, position, depth, diameter"))
         worth = held(self.report)
         if worth is not None:
-            self.parts.append(prose(held_words(worth, self.u), 8.5))
+            self.parts.append(prose(held_words(worth, self.u), SMALLEST_PT))
         if tolerances is None:
             words = "The verdict leaves no tolerance; hold the machine's usual accuracy."
-            self.parts.append(prose(words, 8.0))
+            self.parts.append(prose(words, SMALLEST_PT))
 
     def _slugs(self) -> None:
         slugs = [item for item in self.items if item.get("slug_mass_g") is not None]
@@ -263,7 +264,7 @@ class _Story:
             f"what it names, prick the centres. Angles ccw from {self.zero.name}. Check the bar at the foot "
             "with a rule first."
         )
-        heading = [self._heading("Rim, unrolled, and flat sides: templates"), prose(words, 8.0)]
+        heading = [self._heading("Rim, unrolled, and flat sides: templates"), prose(words, SMALLEST_PT)]
         self._gap(2.0)
         self.parts += [KeepTogether([*heading, rows[0]]), *rows[1:]]
 
@@ -274,12 +275,12 @@ class _Story:
         self._gap(2.0)
         self._kept("Unbalance: before, after, permitted", machine_page.unbalance_table(report, u, wide, zero))
         if at(report, "engine.bob_weights"):
-            words = prose(machine_page.bob_words(report, u), 8.0)
+            words = prose(machine_page.bob_words(report, u), SMALLEST_PT)
             self._gap(2.0)
             self._kept("Bob-weights on the crankpins", words, machine_page.bob_table(report, u, wide))
         self._gap(2.0)
         if report.get("external"):
-            words = prose(external_words(report), 8.0)
+            words = prose(external_words(report), SMALLEST_PT)
             parts = machine_page.external_table(report, u, wide, zero)
             self._kept("External balance: unbalance of the parts", words, parts)
             self._gap(2.0)

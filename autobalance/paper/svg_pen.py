@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.paper.drawing import Drawings
+from autobalance.paper.lettering import SMALLEST_PT
 from autobalance.paper.pen import (
     ACCENT,
     ADDED_COLOUR,
@@ -96,7 +97,7 @@ class SvgPen(Pen):
         )
 
     def text(
-        self, x: float, down: float, text: str, size: float = 8.0, colour: str = INK, *,
+        self, x: float, down: float, text: str, size: float = SMALLEST_PT, colour: str = INK, *,
         bold: bool = False, mono: bool = False, align: str = "left",
     ) -> None:  # fmt: skip
         """Write a text, its base line at ``down``."""

@@ -9,12 +9,11 @@ from typing import Any
 
 from reportlab.platypus import Flowable
 
-from autobalance.paper.lettering import POINTS_PER_MM, fitted, lines_of, width_mm
+from autobalance.paper.lettering import POINTS_PER_MM, SMALLEST_PT, fitted, lines_of, width_mm
 from autobalance.paper.pen import INK, RULE, Pen
 
-HEAD_SIZE = 8.0
-SIZE = 8.0
-LINE_MM = 3.4
+HEAD_SIZE = SIZE = SMALLEST_PT
+LINE_MM = 3.6
 PAD_MM = 1.1
 """Room between columns: at least one space, so that programs that read the page separate the numbers."""
 
@@ -49,7 +48,7 @@ class Grid(Flowable):  # type: ignore[misc]
         self,
         columns: Sequence[Column],
         rows: Sequence[Sequence[str]],
-        row_mm: float = 4.5,
+        row_mm: float = 4.6,
         size: float = SIZE,
     ) -> None:
         super().__init__()
@@ -130,7 +129,7 @@ class Grid(Flowable):  # type: ignore[misc]
 
 
 def table(
-    wide_mm: float, columns: Sequence[Column], rows: Sequence[Sequence[Any]], row_mm: float = 4.5
+    wide_mm: float, columns: Sequence[Column], rows: Sequence[Sequence[Any]], row_mm: float = 4.6
 ) -> Grid:
     """Return a table as wide as its room; cells become text in the sheet's letters."""
     from autobalance.paper.lettering import safe

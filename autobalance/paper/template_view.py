@@ -11,7 +11,7 @@ from reportlab.platypus import Flowable
 
 from autobalance.paper.drawing import Drawings
 from autobalance.paper.labels import Occupied, spread_between
-from autobalance.paper.lettering import POINTS_PER_MM, fitted, width_mm
+from autobalance.paper.lettering import POINTS_PER_MM, SMALLEST_PT, fitted, width_mm
 from autobalance.paper.pen import ACCENT, GONE, INK, RULE, SOFT, Pen, badge_width_mm
 from autobalance.paper.rim_strips import LAP_MM, FlatSide, Strip, templates, tile_range, tiles_of
 from autobalance.report.balance.zero import Zero
@@ -23,7 +23,7 @@ ABOVE_MM, BELOW_MM = 11.5, 8.0
 APART_MM, ROW_MM = 5.0, 4.8
 BORDER_MM = 6.0
 BESIDE_MM = 4.0
-TITLE = SIZE = 8.0
+TITLE = SIZE = SMALLEST_PT
 
 
 class Template(Protocol):
@@ -103,7 +103,7 @@ class _Tile:
     def mark(self, pen: Pen, x: float, name: str) -> None:
         """Draw a line to lay on an edge or mark of the web, with its name."""
         pen.line(x, self.top - 1.5, x, self.bottom + 4.6, ACCENT, 0.35, (4.0, 1.0))
-        size = 8.0
+        size = SMALLEST_PT
         wide = width_mm(name, size)
         place = min(max(x - 0.5 * wide, self.left), self.left + self.wide_mm - wide)
         if self.named.take((place - 0.5, self.bottom + 4.4, place + wide + 0.5, self.bottom + 7.0)):

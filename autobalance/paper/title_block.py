@@ -76,11 +76,11 @@ def _head_and_foot(pen: Pen, sheet: Sheet, number: int, count: int) -> None:
     head, rule, foot = FRAME_MM + 6.0, sheet.head_mm - 3.0, high - FRAME_MM - 2.6
     left = MARGIN_MM + _logo(pen, sheet, rule - FRAME_MM - 2.4)
     paging = f"page {number} of {count}"
-    pen.text(wide - MARGIN_MM, head, paging, 8.5, bold=True, align="right")
-    room = wide - MARGIN_MM - left - width_mm(paging, 8.5, True) - 6.0
-    pen.text(left, head, shortened(" · ".join(_names(sheet)), 8.5, room), 8.5)
+    pen.text(wide - MARGIN_MM, head, paging, SMALLEST_PT, bold=True, align="right")
+    room = wide - MARGIN_MM - left - width_mm(paging, SMALLEST_PT, True) - 6.0
+    pen.text(left, head, shortened(" · ".join(_names(sheet)), SMALLEST_PT, room), SMALLEST_PT)
     words = safe(job_header.work_words(report))
-    pen.text(left, head + WORK_MM, shortened(words, 8.0, wide - MARGIN_MM - left), 8.0)
+    pen.text(left, head + WORK_MM, shortened(words, SMALLEST_PT, wide - MARGIN_MM - left), SMALLEST_PT)
     pen.line(FRAME_MM, rule, wide - FRAME_MM, rule, INK, 0.2)
     pen.line(FRAME_MM, foot - 4.2, wide - FRAME_MM, foot - 4.2, RULE, 0.15)
     if not sheet.for_customer:
@@ -162,7 +162,6 @@ def _rows(sheet: Sheet) -> Sequence[Sequence[tuple[str, str]]]:
             ("PROJECTION, SCALES", "first angle; as noted"),
             ("DATE", safe(sheet.date) or "-"),
         ),
-        (("SHA256 OF THE CRANK'S FILE", str(report["input"]["sha256"])),),
         (("MACHINED BY, DATE", ""), ("CHECKED BY, DATE", ""), ("BALANCED BY, DATE", ""), ("APPROVED", "")),
     )
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from autobalance.paper.drawing import MIN_AXIAL_COMPONENT
 from autobalance.paper.labels import Occupied, rings_for, spread_on_circle
-from autobalance.paper.lettering import width_mm
+from autobalance.paper.lettering import SMALLEST_PT, width_mm
 from autobalance.paper.pen import (
     ACCENT,
     BADGE_MM,
@@ -35,7 +35,7 @@ WHEEL_GAP_MM = 1.5
 RING_MM = 5.0
 """Width of the ring of numerals around the wheel, and of each ring of numbers."""
 TICKS_MM = 2.0
-SIZE = 8.0
+SIZE = SMALLEST_PT
 APART_MM = 5.0
 SHARED_UP_TO = 12
 """Most numbers that share the ring of the numerals; more of them have separate rings."""

@@ -40,6 +40,7 @@ def test_a_certificate_is_one_page_with_before_after_and_permitted(paper: Any, u
         "Plane A",
         "Plane B",
         "was not measured on a balancing machine",
+        "Cuts in all 3 Verified calculated from the corrected model",
         "Throw 1: ",
         "seen from +z, from ",
     ):
@@ -55,11 +56,15 @@ def test_a_certificate_is_one_page_with_before_after_and_permitted(paper: Any, u
 @pytest.mark.parametrize("cuts", [0, 2])
 def test_only_a_reading_after_the_last_cut_is_no_prediction(cuts: int) -> None:
     report = headed(2)
+    earlier = report["corrections"][cuts:]
     report |= {"stages": [{"stage": 2}], "corrections": report["corrections"][:cuts]}
+    report["earlier_corrections"] = earlier
     (text,) = pages(certificate(report, None))
     assert "Balancing certificate" in text
     assert ("certificate, predicted" in text) == (cuts > 0)
     assert ("Measured on the balancing machine, reading of stage 2" in text) == (cuts == 0)
+    how = "calculated from the last reading and the cuts since" if cuts else "read on the machine, stage 2"
+    assert f"Cuts in all 2 Verified {how}" in text
 
 
 def test_above_tolerance_the_sheet_is_one_page_that_says_what_to_do() -> None:

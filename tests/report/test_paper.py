@@ -337,7 +337,7 @@ def test_few_holes_take_two_pages() -> None:
 # --- templates --------------------------------------------------------------------------------------------
 
 
-def test_no_letter_is_smaller_than_8_points(case: tuple[Any, ...]) -> None:
+def test_no_letter_is_smaller_than_9_points(case: tuple[Any, ...]) -> None:
     _, path, _, _ = case
     sizes: set[float] = set()
 
@@ -347,7 +347,7 @@ def test_no_letter_is_smaller_than_8_points(case: tuple[Any, ...]) -> None:
 
     for page in PdfReader(path).pages:
         page.extract_text(visitor_text=note)
-    assert min(sizes) >= 8.0
+    assert min(sizes) >= 9.0
 
 
 def test_holes_of_a_rim_have_the_rims_own_radius_and_are_said_once() -> None:
@@ -378,7 +378,7 @@ def test_smaller_views_save_pages() -> None:
     """They took eleven, most of them half empty."""
     report = plans.plan(46, ("drill",))
     data = pdf(report, plans.drawings_of(report))
-    assert len(PdfReader(io.BytesIO(data)).pages) == 7
+    assert len(PdfReader(io.BytesIO(data)).pages) == 8
 
 
 def test_a_hole_in_a_flat_side_has_a_flat_template_laid_on_its_corners() -> None:
