@@ -307,7 +307,7 @@ def test_it_is_worked_by_keys_alone(page: Browser) -> None:
     assert page.run("return document.activeElement.getAttribute('aria-selected')") == "true"
     assert page.run("return !document.getElementById('cylinder').hidden")
     page.press("#tab-open", tab)
-    assert focused()["id"] == "unit"  # the first field of the step
+    assert focused()["id"] == "crank-called"  # the first field of the step
     unnamed = page.run(
         "return [...document.querySelectorAll('button, input, select, a, [role]')].filter(each =>"
         "!(each.labels?.length || each.getAttribute('aria-label') || each.getAttribute('aria-labelledby')"

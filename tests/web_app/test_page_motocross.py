@@ -6,7 +6,7 @@ import pytest
 
 import autobalance as ab
 from tests.report.browser import Browser
-from tests.web_app.page import BROWSER, READY, at, load, nothing_wrong, other_crank, text_of, until
+from tests.web_app.page import BROWSER, READY, at, load, nothing_wrong, text_of, until
 from tests.web_app.serving import Served
 
 pytestmark = BROWSER
@@ -84,39 +84,3 @@ def test_the_makers_factor_is_kept_by_one_click_and_the_factors_are_those_of_the
     for grams, is_old in (("28", "true"), ("27", "false")):
         page.run(TYPED, "wrist_pin", grams)
         until(page, f"return document.getElementById('factors').dataset.old === '{is_old}'")
-
-
-def test_the_first_story_takes_six_clicks_from_the_example_to_the_shop_sheet(
-    window: Browser, app: Served
-) -> None:
-    page = load(window, app)
-    clicks = 0
-
-    def click(name: str) -> None:
-        nonlocal clicks
-        page.click_on(at(name))
-        clicks += 1
-
-    other_crank(page)  # begins anew
-    with nothing_wrong(page, app):
-        click("bundled")
-        until(page, READY)
-        click("next")
-        until(page, "return document.querySelector('[data-testid=state-line]').textContent.includes('0.818')")
-        click("factor")
-        page.press(at("factor"), "\ue003" * 4 + "0.25")
-        until(page, "return document.getElementById('job-text').textContent.includes('factor = 0.25')")
-        click("next")
-        click("balance")
-        until(page, "return document.body.dataset.tab === 'see'")
-        assert page.run("return document.getElementById('verdict').dataset.tone") == "good"
-        sheet = "#downloads [data-file='sheet.pdf']"
-        link = page.run(f'const a = document.querySelector("{sheet}"); return [a.href, a.download]')
-        clicks += 1  # the one that saves it
-        assert link[1] == "crank-sheet.pdf"
-        assert app.ask(link[0].removeprefix(app.base)).body.startswith(b"%PDF")
-        groups = "return [...document.querySelectorAll('#downloads p > small')].map(each => each.textContent)"
-        assert len(page.run(groups)) == 4
-        names = page.run("return [...document.querySelectorAll('#downloads a')].map(each => each.download)")
-        assert all(name.startswith("crank-") for name in names)
-    assert clicks == 6

@@ -7,6 +7,7 @@ import { mount, redraw, signal } from "/static/store.js";
 import { t } from "/static/words.js";
 import { Engine, Targets } from "/static/engine.js";
 import { Everything } from "/static/everything.js";
+import { inWords } from "/static/verdict.js";
 import { Factors } from "/static/factors.js";
 
 export const preview = signal({ found: null, why: "" });
@@ -36,7 +37,7 @@ export function Seg({ name, label, options, now, set }) {
 function Weights() {
   const toggle = () => { more.value = !hasMore(); };
   return html`<div class="top"><h2>${t("Weights in g")}</h2><${Seg} name="columns" label=${t("Columns")} options=${[["both", t("was | is")], ["is", t("is only")]]} now=${hasBefore() ? "both" : "is"} set=${(value) => { before.value = value === "both"; }}/></div>
-    <p class="quiet">${t("One connecting rod, one crankpin. Spreadsheet rows can be pasted.")}</p>
+    <p class="quiet tight">${t("One rod, one crankpin. Spreadsheet rows can be pasted.")}</p>
     <div id="weights" data-was=${String(hasBefore())} data-more=${String(hasMore())}>${Object.entries(GROUPS).map(([group, title]) => html`<${Group} group=${group} title=${t(title)}/>`)}</div>
     <p class="buttons"><button type="button" class="small" aria-pressed=${String(hasMore())} data-testid="more-columns" onClick=${toggle}>${t("Pieces and ± of the scale")}</button></p>`;
 }
@@ -49,8 +50,7 @@ function Group({ group, title }) {
   const add = () => { rows.push({ name: "", g: "", pm: "", pieces: "", isOwn: true }); added.current = true; redraw(); };
   return html`<div class="weights" role="group" aria-label=${title} ref=${box}><h3>${title}<span class="was">${t("was")}</span><span class="is">${t("is")}</span><span class="more">${t("pieces")}</span><span class="more">±</span></h3>
     ${rows.map((row, place) => html`<${Row} group=${group} title=${title} row=${row} place=${place}/>`)}
-    <p class="quiet" data-testid=${`sum-${group}`}>${words.filter((each) => each).join("; ")}</p>
-    <button type="button" class="small" aria-label=${`${t("Add a part")}: ${title}`} data-testid=${`add-${group}`} onClick=${add}>${t("Add a part")}</button></div>`;
+    <div class="foot"><p class="quiet" data-testid=${`sum-${group}`}>${words.filter((each) => each).join("; ")}</p><button type="button" class="small" aria-label=${`${t("Add a part")}: ${title}`} data-testid=${`add-${group}`} onClick=${add}>${t("Add a part")}</button></div></div>`;
 }
 
 // What a shop calls the usual parts; a part of one's own has the name that it was given.
@@ -109,7 +109,7 @@ const ask = debounced(async () => {
   let found = null, why = "";
   try { found = await post(`/api/runs/${state.inspected.id}/preview`, looked()); } catch (error) { why = error.message; }
   if (mine !== asked) return;
-  if (found?.why) { why = found.why.replace(/^job\.toml: /, ""); found = null; }
+  if (found?.why) { why = inWords(found.why.replace(/^job\.toml: /, "")); found = null; }
   preview.value = { found, why };
 }, 60);
 

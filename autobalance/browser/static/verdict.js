@@ -33,5 +33,7 @@ export function labelOf(path) {
   const words = field ? t(field.words) : last.replace(/_(g|mm|deg|rpm|percent)$/, "").replaceAll("_", " ");
   return words.charAt(0).toLocaleUpperCase() + words.slice(1);
 }
+// A message with the labels of fields in place of the keys that it names.
+export const inWords = (message) => message.replace(/\b[a-z]+(?:\.[a-z_]+(?:\[\d+\])?)+\b/g, (path) => (state.declared?.tables.some(({ table }) => path.startsWith(`${table}.`)) ? labelOf(path) : path));
 const valueOf = (value) => (value === null || value === undefined ? t("not set") : typeof value === "number" ? shown(value, Number.isInteger(value) ? 0 : 2) : typeof value === "object" ? Object.values(value).join("; ") : String(value));
 export const changeText = ({ key, was, now }) => `${labelOf(key)}: ${valueOf(was)} → ${valueOf(now)}`;
