@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from autobalance.browser.runs import Runs
 
 REPORT = "report.json"
+MOST_POLARS = 40
+MOST_SIGN = 4
 
 
 class Live:
@@ -37,6 +39,7 @@ class Live:
         return [
             Route("/api/kinds", self.kinds),
             Route("/api/index-test", self.index_test, methods=["POST"]),
+            Route("/api/polars", self.polars, methods=["POST"]),
             Route("/api/runs/{run}/asked", self.asked),
             Route("/api/runs/{run}/job", self.job),
             Route("/api/runs/{run}/mesh", self.mesh),
@@ -81,6 +84,17 @@ class Live:
             return JSONResponse(asdict(index_test(**values)))
         except ValueError as error:
             return refused(str(error), 400)
+
+    async def polars(self, request: Request) -> Response:
+        """Return polars as the report page draws them, as SVG."""
+        values = await body_of(request)
+        asked = values.get("polars") if isinstance(values, dict) else None
+        if not isinstance(asked, list) or len(asked) > MOST_POLARS:
+            return refused(f'the body must be {{"polars": [...]}}, at most {MOST_POLARS}', 400)
+        try:
+            return JSONResponse({"drawn": [_polar(each) for each in asked]})
+        except (ArithmeticError, KeyError, TypeError, ValueError):
+            return refused("a polar is permitted_g_mm > 0, zero_deg, sign, expected_g_mm, vectors", 400)
 
     async def asked(self, request: Request) -> Response:
         """Return the request of a run."""
@@ -164,6 +178,29 @@ class Live:
     def _json(self, request: Request, name: str) -> Any:
         path = self._project.own(request.path_params["run"], name)
         return None if path is None else json.loads(path.read_text(encoding="utf-8"))
+
+
+def _polar(values: Any) -> str:
+    """Return the drawing of one polar that the page asks for."""
+    from autobalance.report.pictures.polar import Vector, drawn
+
+    def vector(given: Any) -> tuple[float, float]:
+        x, y = given
+        if not _numbers([x, y]):
+            raise ValueError
+        return float(x), float(y)
+
+    vectors = [
+        Vector(
+            vector(each["unbalance_g_mm"]),
+            str(each["name"]),
+            None if each["uncertainty_g_mm"] is None else float(each["uncertainty_g_mm"]),
+        )
+        for each in values["vectors"]
+    ]
+    expected = None if values["expected_g_mm"] is None else vector(values["expected_g_mm"])
+    permitted, zero_deg = vector((values["permitted_g_mm"], values["zero_deg"]))
+    return drawn(permitted, vectors, zero_deg, str(values["sign"])[:MOST_SIGN], expected)
 
 
 def _numbers(values: Any) -> bool:

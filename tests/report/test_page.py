@@ -307,27 +307,34 @@ def test_the_page_counts_its_angles_from_the_sheets_zero(report: dict[str, Any])
     x, y = report["initial"]["unbalance_g_mm"]
     heavy = math.degrees(math.atan2(y, x))
     assert f" at {(heavy - 100.25) % 360.0:.1f}°" in turned
-    tips = [re.search(r'class="tip was" cx="([\d.]+)" cy="([\d.]+)"', each) for each in (plain, turned)]
+    tips = [re.search(r'tip before" cx="([\d.]+)" cy="([\d.]+)"', each) for each in (plain, turned)]
     (x0, y0), (x1, y1) = ((float(tip[1]), float(tip[2])) for tip in tips if tip is not None)
     before, after = (math.degrees(math.atan2(100.0 - x, 100.0 - y)) for x, y in ((x0, y0), (x1, y1)))
     assert (before - after - 100.25 + 180.0) % 360.0 - 180.0 == pytest.approx(0.0, abs=0.05)
 
 
 def test_a_polar_plot_points_to_the_heavy_side() -> None:
-    from autobalance.report.pictures.polar import RADIUS, SIZE, figure
+    from autobalance.report.pictures.polar import MIDDLE, PERMITTED, RIM, Vector, drawn, figure
 
-    def state(x: float, y: float) -> dict[str, Any]:
-        return {"unbalance_g_mm": [x, y], "magnitude_g_mm": math.hypot(x, y), "uncertainty_g_mm": None}
+    def state(x: float, y: float, off: float | None = None) -> dict[str, Any]:
+        return {"unbalance_g_mm": [x, y], "magnitude_g_mm": math.hypot(x, y), "uncertainty_g_mm": off}
 
-    drawn = figure("Resultant", state(0.0, 10.0), state(1.0, 0.0), {"permissible_g_mm": 4.0})
-    middle = SIZE / 2.0
+    made = figure("Resultant", state(0.0, 10.0), state(1.0, 0.0, 0.4), {"permissible_g_mm": 4.0})
+    # 90° is left: crankpin 1 is up, counter-clockwise; what does not fit ends at the rim, with a break mark
+    assert f'class="p-before" d="M100 100L{MIDDLE - RIM:.2f} {MIDDLE:.2f}M' in made
+    # 0° is up, at a quarter of the permitted circle, which has one size; its uncertainty is a circle about it
+    assert f'class="p-after" d="M100 100L{MIDDLE:.2f} {MIDDLE - PERMITTED / 4.0:.2f}"' in made
     assert (
-        f'L{middle - RADIUS:.2f} {middle:.2f}"' in drawn
-    )  # 90° is left: crankpin 1 is up, counter-clockwise
-    assert f'L{middle:.2f} {middle - RADIUS / 5.0:.2f}"' in drawn  # 0° is up, at a fifth of 1.25 × 4
-    assert "before · 10.00 at 90°" in drawn
+        f'class="p-unc" cx="{MIDDLE:.2f}" cy="{MIDDLE - PERMITTED / 4.0:.2f}" r="{PERMITTED / 10.0:.2f}"'
+        in made
+    )
+    assert "before 10.00 at 90.0°" in made
     nothing = figure("Resultant", state(0.0, 10.0), state(1e-9, 0.0), {"permissible_g_mm": 4.0})
-    assert "after · 0.00</text>" in nothing
+    assert "<dt>after</dt><dd>0.00</dd>" in nothing
+    turned = drawn(4.0, [Vector((0.0, 4.0), "read")], 90.0, "K", (0.0, 2.0))
+    assert f'cx="{MIDDLE:.2f}" cy="{MIDDLE - PERMITTED:.2f}" r="4.5"' in turned  # the zero is up
+    assert f'class="p-path" d="M{MIDDLE:.2f} {MIDDLE - PERMITTED / 2.0:.2f}L' in turned
+    assert ">0° K<" in turned
 
 
 def test_notes_stand_on_the_page_as_text(report: dict[str, Any]) -> None:

@@ -67,7 +67,7 @@ MEASURED = (
 )
 
 
-@pytest.mark.parametrize("width", [1440, 1024, 390])
+@pytest.mark.parametrize("width", [1440, 1280, 1024, 390])
 def test_each_step_has_a_state_line_with_one_main_button(page: Browser, width: int) -> None:
     page.resize(width, 900)
     try:

@@ -35,7 +35,8 @@ class Person:
     """Somebody with a mouse and a keyboard: what is done is counted, what had to be sought is listed."""
 
     def __init__(self, page: Browser) -> None:
-        self.page, self.clicks, self.keys, self.sought = page, 0, 0, []
+        self.page, self.clicks, self.keys = page, 0, 0
+        self.sought: list[str] = []
 
     def click(self, what: str) -> None:
         place: dict[str, Any] = until(self.page, PLACE, what)

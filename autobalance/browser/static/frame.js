@@ -10,7 +10,8 @@ import { coming } from "/static/files.js";
 import { plannedSays } from "/static/kind-cards.js";
 import { doubts } from "/static/open.js";
 import { preview } from "/static/parts.js";
-import { previewPolars, resultPolars } from "/static/polar.js";
+import { anyMoved, dragged, trial } from "/static/drag.js";
+import { draggedPolars, previewPolars, resultPolars } from "/static/polar.js";
 import { Cancel, cutting, results } from "/static/runs.js";
 import { mount } from "/static/store.js";
 import { unitOf } from "/static/units.js";
@@ -96,7 +97,8 @@ const LINES = {
     const found = judged(), run = cutting();
     if (run) return { tone: "work", words: t("Cutting and measuring"), says: `${run.words}, ${Math.round(100 * run.share)} %`, cancel: true };
     if (!found) return { tone: "plain", words: t("No result yet"), says: t("Plan the cuts, then cut and measure."), main: { words: `${t("Plan the cuts")} ${NEXT}`, work: to("correct") } };
-    const isStale = found.tone === "stale";
+    const isStale = found.tone === "stale", isMoved = anyMoved() && dragged.left && dragged.verb === "balance";
+    if (isMoved) return { tone: "plain", words: t("Moved by hand, not cut yet"), says: t("Predicted: {left} of what is permitted.", { left: `${shown(100 * dragged.left.worst_share, 0)} %` }), bars: predictedBars(), main: { id: "line-cut-moved", words: t("Cut and measure"), work: trial } };
     return { ...found, says: isStale ? t("The job has changed since then.") : found.says, bars: planeBars(), main: isStale ? { id: "line-cut-again", words: t("Cut again"), work: () => balance() } : { words: `${t("To the machine")} ${NEXT}`, work: to("machine") } };
   },
   machine: () => {
@@ -110,6 +112,10 @@ const LINES = {
   },
   analyse,
   history: () => ({ tone: "plain", words: t("History"), says: t("Results: {count}", { count: results().length }), main: { words: `${t(state.result ? "To the result" : "To the crank")} ${NEXT}`, work: to(state.result ? "see" : "open") } }),
+};
+const predictedBars = () => {
+  const { tolerance } = state.result.report, { planes, magnitude_g_mm: size } = dragged.left;
+  return planes.length ? planes.map((plane, k) => [`${t("Plane")} ${plane.name}`, plane.magnitude_g_mm, null, tolerance.planes[k].permissible_g_mm, true]) : [[t("Resultant"), size, null, tolerance.permissible_g_mm, true]];
 };
 const planeBars = () => {
   const { residual, tolerance } = state.result.report, planes = residual.planes.map((plane, k) => [`${t("Plane")} ${plane.name}`, plane.magnitude_g_mm, plane.uncertainty_g_mm, tolerance.planes[k].permissible_g_mm]);
@@ -127,9 +133,9 @@ function Line() {
 
 // Zero at the left, the permitted at the tick; hatched: the uncertainty.
 const TICK = 75;
-function Bar({ of: [name, value, off, limit] }) {
+function Bar({ of: [name, value, off, limit, isPredicted] }) {
   const share = (each) => `${Math.min(100, (TICK * each) / limit).toFixed(1)}%`;
-  return html`<div class="bar"><b>${name}</b><span><strong>${shown(value, 2, "g·mm")}</strong> ${t("of {limit}", { limit: `${shown(limit, 2, "g·mm")} ${unitOf("g·mm")}` })}</span><i aria-hidden="true"><u style=${{ width: share(value) }}></u>${off ? html`<em style=${{ width: share(value + off) }}></em>` : ""}</i></div>`;
+  return html`<div class="bar"><b>${name}</b><span><strong class=${isPredicted ? "predicted" : ""}>${shown(value, 2, "g·mm")}</strong> ${t("of {limit}", { limit: `${shown(limit, 2, "g·mm")} ${unitOf("g·mm")}` })}</span><i aria-hidden="true"><u style=${{ width: share(value) }}></u>${off ? html`<em style=${{ width: share(value + off) }}></em>` : ""}</i></div>`;
 }
 
 // --- below and over the model -----------------------------------------------------------------------------------------
@@ -137,7 +143,7 @@ function Bar({ of: [name, value, off, limit] }) {
 function Strip() {
   const { found } = preview.value, report = state.result?.report, contents = (id, parts) => html`<div class="contents" id=${id}>${parts}</div>`;
   if (tab() === "machine" && report) return contents("read-polars", (read.planes === "2" ? [1, 2] : [1]).map((place) => html`<${Heavy} place=${place}/>`));
-  if (["see", "machine"].includes(tab())) return report ? contents("polars", resultPolars(report)) : "";
+  if (["see", "machine"].includes(tab())) return report ? contents("polars", tab() === "see" && anyMoved() && dragged.left ? draggedPolars(report, dragged.left) : resultPolars(report)) : "";
   return found ? contents("preview-polar", previewPolars(found)) : "";
 }
 

@@ -12,6 +12,8 @@ from autobalance.wording import degrees
 
 ZeroChoice = Literal["keyway", "crankpin"]
 CRANKPIN, KEYWAY, HOLE = "crankpin 1", "keyway K", "hole H"
+SIGNS = {CRANKPIN: "P1", KEYWAY: "K", HOLE: "H"}
+"""How a zero is written beside an angle."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,11 @@ class Zero:
         if datum["of"] == "keyway" and choice == "keyway":
             return cls(KEYWAY, float(datum["angle_deg"]), CRANKPIN, 0.0)
         return cls(CRANKPIN, 0.0, KEYWAY if datum["of"] == "keyway" else HOLE, float(datum["angle_deg"]))
+
+    @property
+    def sign(self) -> str:
+        """How it is written beside an angle."""
+        return SIGNS[self.name]
 
     def ccw(self, angle_deg: float) -> float:
         """Return an angle from crankpin 1, counter-clockwise from this zero, in [0, 360)."""

@@ -91,7 +91,7 @@ def page(
             **_numbers(report),
             **_inputs(report),
             zero=zero,
-            polars=polar.figures(report),
+            polars=polar.figures(report, zero.sign),
             forces=force_rows(report),
             sections=[section(key).page(found) for key, found in sections_in(report)],
             external_words=external_words(report) if report.get("external") else "",

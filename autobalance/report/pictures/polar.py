@@ -4,38 +4,143 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from autobalance.report.page_units import PAGE_UNITS, PAGE_ZERO_DEG, pointing, unbalance
 from autobalance.wording import escape
 
 SIZE = 200.0
+MIDDLE = SIZE / 2.0
+PERMITTED, RIM = 44.0, 66.0
+"""Radii of the permitted circle and of the rim, in a polar ``SIZE`` wide."""
 RADIUS = 74.0
 """Radius of the outer ring, in a plot ``SIZE`` wide."""
 NAME_WIDE, NAME_HIGH = 36.0, 11.0
 """Room of a stage's name at its tip."""
 
 
-def figure(
-    title: str, before: Mapping[str, Any], after: Mapping[str, Any], permitted: Mapping[str, Any]
+@dataclass(frozen=True)
+class Vector:
+    """An unbalance in a polar: (x, y) in the rotor frame [g·mm], its name, its uncertainty [g·mm] or None."""
+
+    unbalance_g_mm: tuple[float, float]
+    name: str
+    uncertainty_g_mm: float | None = None
+
+
+def drawn(
+    permitted_g_mm: float,
+    vectors: Sequence[Vector],
+    zero_deg: float = 0.0,
+    sign: str = "P1",
+    expected_g_mm: tuple[float, float] | None = None,
 ) -> str:
-    """Return a figure with two plots: before, at its own scale, and after, at the scale of the limit."""
-    limit = permitted["permissible_g_mm"]
-    start, end = before["magnitude_g_mm"], after["magnitude_g_mm"]
-    left = _plot(before, limit, max(start, limit), "was", "before")
-    right = _plot(after, limit, 1.25 * max(end, limit), "is", "after", after.get("uncertainty_g_mm"))
+    """Return the polar of page and app: the permitted circle has one size, the zero is up, ccw is left.
+
+    What does not fit ends at the rim with a break mark. The uncertainty is a dotted circle about the tip. A
+    reading has a ring where it was expected, and the path from there.
+
+    Parameters
+    ----------
+    permitted_g_mm : float
+    vectors : sequence of Vector
+        ``before`` is grey, any other in the accent's colour.
+    zero_deg : float
+        Angle of the zero, counter-clockwise from crankpin 1 [deg].
+    sign : str
+        How the zero is written beside 0°.
+    expected_g_mm : (2,) float or None
+    """
+    per, turn = PERMITTED / permitted_g_mm, math.radians(zero_deg)
+    marks = "".join(
+        f'<text class="p-lab" x="{x:g}" y="{y:g}" text-anchor="middle">{degrees}</text>'
+        for degrees, x, y in ((90, 14.0, 105.0), (180, MIDDLE, 192.0), (270, 183.0, 105.0))
+    )
+    path = ""
+    if expected_g_mm is not None:
+        x, y = _place(expected_g_mm, per, turn)
+        if vectors:
+            to_x, to_y = _place(vectors[0].unbalance_g_mm, per, turn)
+            path = f'<path class="p-path" d="M{x:.2f} {y:.2f}L{to_x:.2f} {to_y:.2f}"/>'
+        path += f'<circle class="p-expected" cx="{x:.2f}" cy="{y:.2f}" r="4"/>'
     return (
-        f"<figure><figcaption><h3>{title}</h3><span class=soft>{unbalance(start)} → {unbalance(end)} of "
-        f"{unbalance(limit)} {PAGE_UNITS.get().unbalance}</span></figcaption><div class=pair>{left}{right}</div></figure>"
+        f'<svg viewBox="0 0 {SIZE:g} {SIZE:g}" role="presentation"><circle class="p-ring" cx="{MIDDLE:g}" '
+        f'cy="{MIDDLE:g}" r="{RIM:g}"/><path class="p-axis" d="M{MIDDLE:g} {MIDDLE - RIM:g}v{2 * RIM:g}'
+        f'M{MIDDLE - RIM:g} {MIDDLE:g}h{2 * RIM:g}"/><circle class="p-ok permitted" cx="{MIDDLE:g}" '
+        f'cy="{MIDDLE:g}" r="{PERMITTED:g}"/><text class="p-lab p-zero" x="{MIDDLE:g}" y="22" '
+        f'text-anchor="middle">0° {escape(sign)}</text>{marks}{path}'
+        f"{''.join(_arrow(each, per, turn) for each in vectors)}</svg>"
     )
 
 
-def figures(report: Mapping[str, Any]) -> list[str]:
-    """Return the figures of a run: of the resultant, and of each tolerance plane."""
+def _place(vector: Sequence[float], per: float, turn: float) -> tuple[float, float]:
+    """Return where a vector ends in the drawing: at the rim where it is longer."""
+    angle, length = math.atan2(vector[1], vector[0]) - turn, min(per * math.hypot(*vector), RIM)
+    return MIDDLE - length * math.sin(angle), MIDDLE - length * math.cos(angle)
+
+
+def _arrow(vector: Vector, per: float, turn: float) -> str:
+    angle = math.atan2(vector.unbalance_g_mm[1], vector.unbalance_g_mm[0]) - turn
+    is_cut = per * math.hypot(*vector.unbalance_g_mm) > RIM
+    x, y = _place(vector.unbalance_g_mm, per, turn)
+
+    def at(radius: float, aside: float) -> str:
+        across = MIDDLE - radius * math.sin(angle) - aside * math.cos(angle)
+        return f"{across:.2f} {MIDDLE - radius * math.cos(angle) + aside * math.sin(angle):.2f}"
+
+    breaks = "".join(f"M{at(RIM - low, 6.0)}L{at(RIM - low + 5.0, -6.0)}" for low in (8.0, 14.0))
+    kind, off = ("p-before" if vector.name == "before" else "p-after"), vector.uncertainty_g_mm
+    doubt = (
+        f'<circle class="p-unc" cx="{x:.2f}" cy="{y:.2f}" r="{min(per * off, RIM):.2f}"/>'
+        if off and not is_cut
+        else ""
+    )
+    return (
+        f'{doubt}<path class="{kind}" d="M{MIDDLE:g} {MIDDLE:g}L{x:.2f} {y:.2f}{breaks if is_cut else ""}"/>'
+        f'<circle class="{kind} tip {escape(vector.name)}" cx="{x:.2f}" cy="{y:.2f}" r="4.5"/>'
+    )
+
+
+def figure(
+    title: str,
+    before: Mapping[str, Any],
+    after: Mapping[str, Any],
+    permitted: Mapping[str, Any],
+    sign: str = "P1",
+) -> str:
+    """Return a figure: before and after in one polar, with their numbers beside it."""
+    limit, off = permitted["permissible_g_mm"], after.get("uncertainty_g_mm")
+    states = [("before", before, None), ("after", after, off)]
+    vectors = [
+        Vector((each["unbalance_g_mm"][0], each["unbalance_g_mm"][1]), name, doubt)
+        for name, each, doubt in states
+    ]
+    said = [f"{name} {_says(each)}" for name, each, _ in states]
+    rows = "".join(f"<dt>{name}</dt><dd>{_says(each)}</dd>" for name, each, _ in states)
+    unit = PAGE_UNITS.get().unbalance
+    more = f"<dt>uncertainty</dt><dd>± {unbalance(off)}</dd>" if off else ""
+    return (
+        f"<figure><figcaption><h3>{title}</h3><span class=soft>{unit}</span></figcaption><div class=pair>"
+        f'<div role="img" aria-label="{title}: {", ".join(said)} of {unbalance(limit)} {unit}">'
+        f"{drawn(limit, vectors, PAGE_ZERO_DEG.get(), sign)}</div>"
+        f"<dl class=states>{rows}{more}<dt>permitted</dt><dd>{unbalance(limit)}</dd></dl></div></figure>"
+    )
+
+
+def _says(state: Mapping[str, Any]) -> str:
+    return f"{unbalance(state['magnitude_g_mm'])}{pointing(state['unbalance_g_mm'], 1)}"
+
+
+def figures(report: Mapping[str, Any], sign: str = "P1") -> list[str]:
+    """Return the figures of a run: of the resultant, and of each tolerance plane.
+
+    ``sign`` is that of the page's zero.
+    """
     before, after, permitted = report["initial"], report["residual"], report["tolerance"]
     planes = zip(before["planes"], after["planes"], permitted["planes"], strict=True)
-    of_planes = [figure(f"Plane {escape(each[2]['name'])}", *each) for each in planes]
-    return [figure("Resultant", before, after, permitted), *of_planes]
+    of_planes = [figure(f"Plane {escape(each[2]['name'])}", *each, sign) for each in planes]
+    return [figure("Resultant", before, after, permitted, sign), *of_planes]
 
 
 def stages_figure(
@@ -83,27 +188,6 @@ def _beside(tips: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
         taken.append(place)
         places.append(place)
     return places
-
-
-def _plot(
-    vector: Mapping[str, Any], limit: float, full: float, style: str, when: str, doubt: float | None = None
-) -> str:
-    """Return one polar plot whose outer ring is ``full``."""
-    per = RADIUS / full
-    x, y = vector["unbalance_g_mm"]
-    cx = cy = SIZE / 2.0
-    up, left = _from_zero((x, y))
-    tip_x, tip_y = cx - per * left, cy - per * up
-    size = vector["magnitude_g_mm"]
-    caption = f"{when}: {unbalance(size)} {PAGE_UNITS.get().unbalance}{pointing((x, y), 1)}"
-    uncertain = (
-        f'<circle class=doubt cx="{tip_x:.2f}" cy="{tip_y:.2f}" r="{per * doubt:.2f}"/>' if doubt else ""
-    )
-    return f"""<svg viewBox="0 0 {SIZE:g} {SIZE + 8:g}" role="img" aria-label="{caption}"><title>{caption}</title>
-<circle class=grid cx="{cx}" cy="{cy}" r="{RADIUS}"/><path class=grid d="M{cx} {cy - RADIUS}V{cy + RADIUS}M{cx - RADIUS} {cy}H{cx + RADIUS}"/>
-<circle class=zone cx="{cx}" cy="{cy}" r="{max(per * limit, 0.8):.2f}"/>{_degrees(cx, cy)}
-<path class="vector {style}" d="M{cx} {cy}L{tip_x:.2f} {tip_y:.2f}"/>{uncertain}<circle class="tip {style}" cx="{tip_x:.2f}" cy="{tip_y:.2f}" r="3.6"/>
-<text class=title x="{cx}" y="{SIZE + 4:g}" text-anchor="middle">{when} · {unbalance(size)}{pointing((x, y))}</text></svg>"""
 
 
 def _from_zero(vector: Sequence[float]) -> tuple[float, float]:
