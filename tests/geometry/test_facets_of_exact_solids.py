@@ -29,13 +29,13 @@ TURN_RAD = 0.5
 """Angle between neighbouring facets at most, as CAD programs have it by default."""
 
 
-def tessellated(body: Any, sag_mm: float) -> Mesh:
+def tessellated(body: Any, sag_mm: float, turn_rad: float = TURN_RAD) -> Mesh:
     """Return the kernel's triangles with a chord height of at most ``sag_mm``, as an STL file keeps them."""
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
     from OCP.BRepTools import BRepTools
 
     BRepTools.Clean_s(body)
-    BRepMesh_IncrementalMesh(body, sag_mm, False, TURN_RAD, False)
+    BRepMesh_IncrementalMesh(body, sag_mm, False, turn_rad, False)
     parts = [_triangles(face) for face in explored(body, "FACE")]
     return mesh_of_soup(np.concatenate(parts).astype(np.float32))
 
@@ -101,3 +101,12 @@ if SWEPT:  # at 0.01 mm these have 100 000 triangles and more
 @pytest.mark.parametrize(("sag_mm", "name"), SAGS_MM)
 def test_generated_cranks_of_several_throws(name: str, sag_mm: float) -> None:
     check(exact(name), sag_mm)
+
+
+def test_triangles_from_the_mouth_of_an_oil_hole_to_the_ends_of_its_journal() -> None:
+    """They hide hundreds of times what their angles show: 32 mm³ of 5400 were missed, ± 15."""
+    solid = ExactSolid(crank_shape(preset("inline-4")))
+    mesh = tessellated(solid.body, 0.36, 0.28)
+    error = estimate_chordal_error(mesh, 1.0)
+    left = solid.moments(1.0) - mesh_moments(mesh, 1.0) - error.missing
+    assert abs(left.mass_g) < error.mass_bar_g < 0.002 * error.gross_mass_g

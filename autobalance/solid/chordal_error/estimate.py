@@ -28,7 +28,12 @@ from autobalance.solid.chordal_error.revolved import (
     lens,
 )
 from autobalance.solid.chordal_error.scanned_facets import UNBALANCE_SHARE, ScannedFacets
-from autobalance.solid.chordal_error.seeds import adopt_cut_facets, find_joined, find_leftover_cylinders
+from autobalance.solid.chordal_error.seeds import (
+    adopt_cut_facets,
+    adopt_parted_facets,
+    find_joined,
+    find_leftover_cylinders,
+)
 from autobalance.solid.chordal_error.strips import find_cylinders
 from autobalance.solid.mesh.mesh import Mesh, ranked
 from autobalance.types import Array, Flags, Indices
@@ -164,6 +169,8 @@ def chordal_error_of(look: Look, density_g_mm3: float) -> ChordalError:
 def _summed(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> ChordalError:
     """Integrate between the facets and their surfaces, and add up the error bars."""
     lenses = _lenses(look, surfaces, surface_of, density_g_mm3)
+    if adopt_parted_facets(look, surfaces, surface_of):
+        lenses = _lenses(look, surfaces, surface_of, density_g_mm3)
     planes, either = accidents(look, surfaces, surface_of, lenses)
     if _split(look, surfaces, surface_of, planes):
         lenses = _lenses(look, surfaces, surface_of, density_g_mm3)

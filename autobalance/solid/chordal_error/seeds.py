@@ -33,6 +33,9 @@ POINTS_MOST = 200
 ADOPTED_IN_A_ROW = 50
 """Cut facets side by side that are assigned at most, from both ends of a hole's rim: 20 at 256 segments,
 where an oil hole opens into a pin's bore of four times its width."""
+PARTED_SAGS = 1.5
+"""Depth of a facet at most that is assigned to a surface, in sags of the surface's deepest: a flat that is
+milled on a shaft has its corners on it, too."""
 MAX_AXIAL_COMPONENT = 0.2
 """Part of a facet's direction along the axis of its cylinder, at most."""
 WORTH_SHARE = 0.999
@@ -144,6 +147,35 @@ def adopt_cut_facets(look: Look, surfaces: list[Revolved], surface_of: Indices) 
             return
 
 
+def adopt_parted_facets(look: Look, surfaces: list[Revolved], surface_of: Indices) -> bool:
+    """Assign to sure surfaces the free facets that have all corners exactly on them; return whether any has.
+
+    Where a hole opens into a journal the CAD kernel lays slender triangles from its rim to the ends of the
+    journal. They meet at small angles, and hide hundreds of times what these show: a surface of their own is
+    dropped as false. That was 4 % of what the journal hides, and twice the error bar.
+    """
+    tight = tight_mm(look)
+    smooth = np.zeros(look.count, dtype=bool)
+    for faces in (*look.pairs, *look.parted):
+        smooth[faces] = True
+    free = np.flatnonzero(smooth & (surface_of == -1) & look.small)
+    count = np.bincount(surface_of[surface_of >= 0], minlength=len(surfaces))
+    sure, before = np.flatnonzero(count >= MIN_SURE_FACES), len(free)
+    for number in sure[np.argsort(-count[sure], kind="stable")].tolist():
+        if len(free) == 0:
+            break
+        surface, mine = surfaces[number], np.flatnonzero(surface_of == number)
+        row, corner = look.corners(free)
+        off = np.zeros(len(free))
+        np.maximum.at(off, row, np.abs(surface.off(corner)))
+        deepest = min(float(surface.off(look.first_middles[mine]).min()), 0.0)
+        deep = surface.off(look.first_middles[free]) < PARTED_SAGS * deepest - tight
+        some = free[(off <= tight) & ~deep]
+        surface_of[some[lies_on(look, surface, some)]] = number
+        free = free[surface_of[free] == -1]
+    return len(free) < before
+
+
 def _cut_from(look: Look, surface: Revolved, faces: Indices, beside: Indices, tight: float) -> Flags:
     """Mark the faces ``beside`` (k,) that are cut from chords of a surface, which has some ``faces``."""
     deepest = float(surface.off(look.first_middles[faces]).min())
@@ -151,7 +183,7 @@ def _cut_from(look: Look, surface: Revolved, faces: Indices, beside: Indices, ti
     off = surface.off(corner)
     exact = np.bincount(row, np.abs(off) <= tight, len(beside))
     fits = exact >= 2
-    fits[row[(off > tight) | (off < 1.5 * min(deepest, 0.0) - tight)]] = False
+    fits[row[(off > tight) | (off < PARTED_SAGS * min(deepest, 0.0) - tight)]] = False
     return np.asarray(fits & lies_on(look, surface, beside))
 
 
