@@ -104,8 +104,8 @@ def run(*arguments: str | Path) -> int:
 def without_advice() -> Iterator[None]:
     """Balance without what would suffice where limits fall short: it takes longer than all the rest."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(remedies, "relaxations", lambda *_, **__: [])
-        patch.setattr(remedies, "heavier", lambda *_: [])
+        for ways in ("relaxations", "heavier", "lighter", "factor_relaxations"):
+            patch.setattr(remedies, ways, lambda *_, **__: [])
         yield
 
 
