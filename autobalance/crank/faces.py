@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -158,6 +159,11 @@ class _SearchInput:
     surface_mm2: float
     flat_mm: float
 
+    @cached_property
+    def first(self) -> Indices:
+        """First corner of each triangle (m,)."""
+        return np.ascontiguousarray(self.mesh.triangles[:, 0])
+
 
 def _narrowed(normal: Array, vectors: Array, size: Array) -> Array | None:
     """Return the mean normal of triangles that face nearly one way or its opposite; None without any."""
@@ -236,8 +242,10 @@ def _faces_along(look: _SearchInput, normal: Array, least_mm2: float) -> list[Fa
     levels = levels[areas >= least_mm2]
     if len(levels) == 0:
         return []
-    lowest, highest = least_and_greatest(_nearest_level(height, levels, slack), mesh.triangles)
-    members = np.flatnonzero((lowest == highest) & (lowest >= 0))
+    level = _nearest_level(height, levels, slack)
+    near = np.flatnonzero(level.take(look.first) >= 0)  # few: the other corners of the rest need no look
+    lowest, highest = least_and_greatest(level, mesh.triangles.take(near, axis=0))
+    members = near[(lowest == highest) & (lowest >= 0)]
     lean = lean.take(members)
     return [face for sign in (1.0, -1.0) for face in _faces_on_side(look, members, sign * lean, least_mm2)]
 

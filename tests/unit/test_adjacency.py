@@ -9,7 +9,7 @@ from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.formats.read import read
 from autobalance.solid.formats.write import encode
 from autobalance.solid.mesh.adjacency import edges_of, rim_of, sides_of
-from autobalance.solid.mesh.mesh import Mesh, twins_of
+from autobalance.solid.mesh.mesh import Mesh, rows_where, twins_of
 from autobalance.solid.mesh.stretches import Stretches
 
 RING = union([Solid.box(np.array([-3.0, -2, 0]), np.array([3.0, 2, 1]))]) - Solid.box(
@@ -117,3 +117,10 @@ def test_stretches_are_those_of_every_triangle_compared(offset: float) -> None:
         rows = np.flatnonzero((stretches.greatest > here[0]) & (stretches.least < here[1]))
         np.testing.assert_array_equal(stretches.within(*here), rows)
     assert len(Stretches(least[:0], least[:0]).within(0.0, 1.0)) == 0
+
+
+def test_rows_are_found_piece_by_piece() -> None:
+    values = np.random.default_rng(5).uniform(0.0, 1.0, 20_000)
+    rows = rows_where(lambda one, other: one > 0.5 * other, values, values[::-1])
+    np.testing.assert_array_equal(rows, np.flatnonzero(values > 0.5 * values[::-1]))
+    assert len(rows_where(lambda one: one > 0.0, values[:0])) == 0

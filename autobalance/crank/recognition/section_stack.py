@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from autobalance.crank.recognition.circles import Circle, distances, following, hole_circles, whole_circle
-from autobalance.solid.mesh.mesh import Mesh, least_and_greatest
+from autobalance.solid.mesh.mesh import Mesh, least_and_greatest, rows_where
 from autobalance.solid.mesh.tetrahedra import CHUNK
 from autobalance.solid.slicing.slices import Spans, cross_sections
 from autobalance.types import Array, Indices
@@ -181,13 +181,15 @@ def _stretches(
     Two neighbours show the same section when all triangles between them are along the axis: none leans by
     more than rounding, or shows its face.
     """
-    lean, size = np.abs(along), mesh.doubled_areas
-    facing = lean > 0.5 * size
-    leaning = np.flatnonzero((lean > UPRIGHT_SINE * size) & ~facing)
+    size = mesh.doubled_areas
+    facing = rows_where(lambda along, size: np.abs(along) > 0.5 * size, along, size)
+    leaning = rows_where(
+        lambda along, size: (np.abs(along) > UPRIGHT_SINE * size) & (np.abs(along) <= 0.5 * size), along, size
+    )
     lowest, highest = least_and_greatest(vertices[:, 2], mesh.triangles.take(leaning, axis=0))
     rise = highest - lowest
-    leaning = leaning[lean.take(leaning) * rise > rounding_mm * size.take(leaning)]
-    changing = np.concatenate([np.flatnonzero(facing), leaning])
+    leaning = leaning[np.abs(along.take(leaning)) * rise > rounding_mm * size.take(leaning)]
+    changing = np.concatenate([facing, leaning])
     begins = np.bincount(spans.low.take(changing), minlength=count + 1)
     ends = np.bincount(spans.high.take(changing), minlength=count + 1)
     changes = np.cumsum(begins) - np.cumsum(ends) + ends > 0
@@ -221,7 +223,7 @@ def plane_levels(mesh: Mesh, height: Array, along: Array, square: float, apart: 
     apart : float
         Triangles no farther apart than this are at one height [mm].
     """
-    rows = np.flatnonzero(np.abs(along) > square * mesh.doubled_areas)
+    rows = rows_where(lambda along, doubled: np.abs(along) > square * doubled, along, mesh.doubled_areas)
     at_corner = np.bincount(mesh.triangles[rows, 0], 0.5 * np.abs(along.take(rows)), len(height))
     there = np.flatnonzero(at_corner > 0.0)
     if len(there) == 0:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -335,6 +336,18 @@ def least_and_greatest(values: Numbers, triangles: Indices) -> tuple[Numbers, Nu
         least[begin : begin + CHUNK] = np.minimum(np.minimum(a, b), c)
         greatest[begin : begin + CHUNK] = np.maximum(np.maximum(a, b), c)
     return least, greatest
+
+
+def rows_where(condition: Callable[..., NDArray[np.bool_]], *columns: Array) -> Indices:
+    """Return the rows at which columns (m,) meet a condition on them.
+
+    So many at a time that what lies between stays in the cache: whole columns take three times as long.
+    """
+    found = [np.zeros(0, dtype=np.int64)]
+    for begin in range(0, len(columns[0]), CHUNK):
+        met = condition(*(column[begin : begin + CHUNK] for column in columns))
+        found.append(begin + np.flatnonzero(met))
+    return np.concatenate(found)
 
 
 def longest_sides(corners: Array) -> Array:
