@@ -8,7 +8,7 @@ import { OwnFile, Options, fillOptions, fileOf, optionsOf } from "/static/analys
 import { cancel, last, list, runOf, running, start, watched } from "/static/runs.js";
 import { mount, signal } from "/static/store.js";
 import { labelOf } from "/static/verdict.js";
-import { t } from "/static/words.js";
+import { inWords, t } from "/static/words.js";
 
 const chosen = signal("");
 const done = signal([]); // { verb, id, files, words, report } of each that is done, the latest first
@@ -126,7 +126,7 @@ function Read({ by }) {
   const tables = state.declared.tables, own = tables.filter((each) => each.verbs.includes(by));
   const loose = tables.filter((each) => !own.includes(each) && !each.many).flatMap(({ table, keys }) => keys.filter((key) => key.verbs.includes(by)).map((field) => ({ table, field })));
   return html`<div id="analysis-reads">${loose.length ? html`<div class="fields wide">${loose.map(({ table, field }) => html`<${Single} by=${by} table=${table} field=${field}/>`)}</div>` : ""}
-    ${own.map(({ table, says, many, keys }) => html`<details key=${table} open=${open.has(table)} ontoggle=${toggled(table)}><summary>${table} <small>${t(says)}</small></summary>
+    ${own.map(({ table, says, many, keys }) => html`<details key=${table} open=${open.has(table)} ontoggle=${toggled(table)}><summary>${inWords(table)} <small>${inWords(t(says))}</small></summary>
       ${many ? html`<${Rows} id=${`${by}-${table}`} field=${{ words: table, says, fields: keys }} now=${at(table)} set=${(value) => { keep(table, value); changed(); }}/>` : html`<div class="fields wide">${keys.map((field) => html`<${Single} by=${by} table=${table} field=${field}/>`)}</div>`}</details>`)}</div>`;
 }
 const Single = ({ by, table, field }) => html`<${JobField} key=${field.key} id=${`${by}-${table}-${field.key.replaceAll(".", "-")}`} table=${table} field=${field}/>`;

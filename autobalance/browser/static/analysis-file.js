@@ -4,7 +4,7 @@ import { askJson, behind, guarded, put } from "/static/server.js";
 import { debounced } from "/static/tools.js";
 import { Any, Rows, keyOf, withKey } from "/static/fields.js";
 import { redraw, signal } from "/static/store.js";
-import { t } from "/static/words.js";
+import { inWords, t } from "/static/words.js";
 
 const files = {}; // verb → { tables, text } of its file
 const options = {}; // verb → values of its command's options
@@ -65,7 +65,7 @@ function Table({ verb, table, says, many, keys, now, set }) {
   if (!table) return fields();
   const count = many ? (now[table] || []).length : Object.keys(now[table] || {}).length;
   const toggled = ({ target }) => { if (target.open) open.add(id); else open.delete(id); redraw(); };
-  return html`<details open=${open.has(id)} ontoggle=${toggled}><summary>${table} <small>${t(says)}${count ? `; ${t("{count} set", { count })}` : ""}</small></summary>
+  return html`<details open=${open.has(id)} ontoggle=${toggled}><summary>${inWords(table)} <small>${inWords(t(says))}${count ? `; ${t("{count} set", { count })}` : ""}</small></summary>
     ${!open.has(id) ? "" : many ? html`<${Rows} id=${id} field=${{ words: table, says, fields: keys }} now=${now[table]} set=${(value) => set(table, value)}/>` : fields()}</details>`;
 }
 
@@ -96,7 +96,7 @@ function FileChoice({ id, field, now, set }) {
     await listed();
     set(name);
   });
-  return html`<fieldset class="file-choice"><legend>${t(field.words)} <small>${t(field.says)}</small></legend>
+  return html`<fieldset class="file-choice"><legend>${t(field.words)} <small>${inWords(t(field.says))}</small></legend>
     <select id=${id} aria-label=${t(field.words)} value=${now || ""} onInput=${({ target }) => set(target.value || undefined)}><option value="">${t("none")}</option>${uploaded.value.map((name) => html`<option>${name}</option>`)}</select>
     <input type="file" id=${`${id}-file`} aria-label=${`${t("Send a file")}: ${t(field.words)}`} onChange=${sent}/></fieldset>`;
 }

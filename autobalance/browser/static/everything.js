@@ -4,7 +4,7 @@ import { at, changed, keep, state } from "/static/job.js";
 import { SHOWN } from "/static/engine.js";
 import { JobField, Rows } from "/static/fields.js";
 import { redraw } from "/static/store.js";
-import { t } from "/static/words.js";
+import { inWords, t } from "/static/words.js";
 
 // Keys that have their place elsewhere on the page.
 const ELSEWHERE = { crankshaft: ["file", "unit", "density_kg_m3", "crankpin_in_file"], engine: ["rotating_g", "reciprocating_g", "crankpin_g"], balance: ["factor", "grade", "speed_rpm", "judge"] };
@@ -21,6 +21,6 @@ function Table({ table, says, many, keys }) {
   const shown = keys.filter(({ key }) => !ELSEWHERE[table]?.includes(key) && !SHOWN.some(([of, name]) => of === table && name === key));
   const set = many ? (at(table) || []).length : shown.filter(({ key }) => at(`${table}.${key}`) !== undefined).length;
   const toggled = ({ target }) => { if (target.open) open.add(table); else open.delete(table); };
-  return html`<details open=${open.has(table)} ontoggle=${toggled}><summary>${table} <small>${says}${set ? `; ${t("{count} set", { count: set })}` : ""}</small></summary>
+  return html`<details open=${open.has(table)} ontoggle=${toggled}><summary>${inWords(table)} <small>${says}${set ? `; ${t("{count} set", { count: set })}` : ""}</small></summary>
     ${many ? html`<${Rows} id=${`key-${table}`} field=${{ words: table, says, fields: keys }} now=${at(table)} set=${(value) => { keep(table, value); changed(); }}/>` : html`<div class="fields wide">${shown.map((field) => html`<${JobField} key=${field.key} table=${table} field=${field}/>`)}</div>`}</details>`;
 }

@@ -2,7 +2,7 @@
 import { html, useRef } from "/static/preact.min.js";
 import { listTyped, typed } from "/static/tools.js";
 import { fromShown, rounded, toShown, unitOf, units } from "/static/units.js";
-import { plain, t } from "/static/words.js";
+import { inWords, plain, t } from "/static/words.js";
 import { at, changed, keep } from "/static/job.js";
 
 const CONVERTED = ["mm", "g·mm", "kg·mm²", "mm²"];
@@ -30,13 +30,13 @@ export function Field({ id, field, now, set, testid, label, list, help = true, w
   if (system.current !== units.value || own.current === null || !same(valueOf(own.current, field), now)) own.current = textOf(now, field);
   system.current = units.value;
   const typing = ({ target }) => { own.current = target.value; set(valueOf(target.value, field)); };
-  const options = kind === "bool" ? [["true", t("yes")], ["false", t("no")]] : choices.map((each) => [each, each]);
+  const options = kind === "bool" ? [["true", t("yes")], ["false", t("no")]] : choices.map((each) => [each, inWords(each)]);
   const isTable = typeof now === "object" && now !== null && (!Array.isArray(now) || now.some((each) => typeof each === "object")); // in its place: in the text
-  const common = { id, title: t(says || ""), "data-testid": testid, disabled: isTable, onInput: typing, "aria-describedby": [wrong ? `${id}-note` : "", says && help ? `${id}-help` : ""].filter((each) => each).join(" ") || undefined, "aria-invalid": wrong ? "true" : undefined };
+  const common = { id, title: inWords(t(says || "")), "data-testid": testid, disabled: isTable, onInput: typing, "aria-describedby": [wrong ? `${id}-note` : "", says && help ? `${id}-help` : ""].filter((each) => each).join(" ") || undefined, "aria-invalid": wrong ? "true" : undefined };
   const input = options.length
-    ? html`<select ...${common} value=${own.current}><option value="">${usual ? `${t("default")}: ${usual}` : ""}</option>${options.map(([value, text]) => html`<option value=${value}>${text}</option>`)}</select>`
-    : html`<input ...${common} value=${isTable ? "" : own.current} inputMode=${kind === "number" ? "decimal" : "text"} placeholder=${usual && CONVERTED.includes(unit) && Number.isFinite(Number(usual)) ? asShown(Number(usual), unit) : usual} list=${list}/>`;
-  return html`<label class=${options.length ? "choice" : ""}>${label || `${t(words)}${unit ? ` [${unitOf(unit)}]` : ""}`}${input}${says && help ? html`<small class="help" id=${`${id}-help`}>${t(says)}</small>` : ""}${wrong === undefined ? "" : html`<small class="note" id=${`${id}-note`}>${wrong}</small>`}</label>`;
+    ? html`<select ...${common} value=${own.current}><option value="">${usual ? `${t("default")}: ${inWords(usual)}` : ""}</option>${options.map(([value, text]) => html`<option value=${value}>${text}</option>`)}</select>`
+    : html`<input ...${common} value=${isTable ? "" : own.current} inputMode=${kind === "number" ? "decimal" : "text"} placeholder=${usual && CONVERTED.includes(unit) && Number.isFinite(Number(usual)) ? asShown(Number(usual), unit) : inWords(usual || "")} list=${list}/>`;
+  return html`<label class=${options.length ? "choice" : ""}>${label || `${t(words)}${unit ? ` [${unitOf(unit)}]` : ""}`}${input}${says && help ? html`<small class="help" id=${`${id}-help`}>${inWords(t(says))}</small>` : ""}${wrong === undefined ? "" : html`<small class="note" id=${`${id}-note`}>${wrong}</small>`}</label>`;
 }
 
 // A field of the job, by its table and declaration.
@@ -64,7 +64,7 @@ export const keyOf = (table, path) => path.split(".").reduce((values, name) => v
 // A list of tables: a row each, with its fields.
 export function Rows({ id, field, now, set }) {
   const rows = Array.isArray(now) ? now : [], name = t(field.words), kept = (next) => set(next.length ? next : undefined);
-  return html`<fieldset class="rows" data-testid=${id}><legend>${name} <small>${t(field.says)}</small></legend>
+  return html`<fieldset class="rows" data-testid=${id}><legend>${name} <small>${inWords(t(field.says))}</small></legend>
     ${rows.map((row, place) => html`<div class="fields one-row" role="group" aria-label=${`${name} ${place + 1}`}>
       ${field.fields.map((each) => html`<${Any} id=${`${id}-${place + 1}-${each.key.replaceAll(".", "-")}`} field=${each} now=${keyOf(row, each.key)} set=${(value) => kept(replaced(rows, place, withKey(row, each.key, value)))} help=${false}/>`)}
       <button type="button" aria-label=${t("Remove {name}", { name: `${name} ${place + 1}` })} onClick=${() => kept(without(rows, place))}>×</button></div>`)}
@@ -77,7 +77,7 @@ export function Named({ id, field, now, set }) {
   const kept = (next) => set(next.length ? Object.fromEntries(next) : undefined);
   const part = { key: "part", words: "name", kind: "text", unit: "" }, value = { key: "value", words: "value", kind: "number", unit: field.unit };
   const free = () => { let k = rows.length + 1; while (`part_${k}` in (now || {})) k++; return `part_${k}`; };
-  return html`<fieldset class="rows" data-testid=${id}><legend>${name} <small>${t(field.says)}</small></legend>
+  return html`<fieldset class="rows" data-testid=${id}><legend>${name} <small>${inWords(t(field.says))}</small></legend>
     ${rows.map(([key, each], place) => html`<div class="fields one-row" role="group" aria-label=${`${name} ${place + 1}`}>
       <${Field} id=${`${id}-${place + 1}-name`} field=${part} now=${key} set=${(next) => next && kept(replaced(rows, place, [next, each]))}/>
       <${Field} id=${`${id}-${place + 1}-value`} field=${value} now=${each} set=${(next) => kept(replaced(rows, place, [key, next ?? 0]))}/>

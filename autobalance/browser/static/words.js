@@ -16,6 +16,10 @@ export function speak(next) {
   location.reload();
 }
 
+// Names of keys within a sentence, and words to choose, as words.
+const KEY = /\b[a-z][\w.]*_[\w.]*\w\b/g, UNIT = /_(g_mm2?|kg_mm2|kg_m3|mm2?|m_s|N_m|deg|rad|rpm|percent|g|K|C|MPa)$/;
+export const inWords = (text) => text.replace(KEY, (name) => name.replace(UNIT, "").replace(/[._]/g, " "));
+
 const ATTRIBUTES = ["aria-label", "title", "placeholder"];
 // What stands in the page as it is loaded.
 export function translated(root) {
