@@ -11,7 +11,7 @@ from tests.cranks import Shape, make_crank
 from tests.report.browser import Browser
 from tests.web_app import small
 from tests.web_app.page import BROWSER, READY, at, chosen, load, nothing_wrong, put, text_of, until
-from tests.web_app.serving import Served
+from tests.web_app.serving import Served, served
 
 pytestmark = BROWSER
 ASKED = "return document.getElementById('unit-field').dataset.asked"
@@ -122,3 +122,11 @@ def test_of_two_bodies_the_solid_is_shown_and_the_question_has_three_answers(
         until(page, "return document.querySelectorAll('[role=treeitem][data-kind=throw]').length === 1")
         assert app.ask("/api/project").json["job"]["crankshaft"]["body"] == 1
         assert page.run("return document.querySelector('[data-testid=bodies]')") is None
+
+
+def test_the_page_is_there_after_few_requests(window: Browser, tmp_path: Path) -> None:
+    with served(tmp_path / "project") as empty:
+        window.requests()
+        load(window, empty)
+        asked = window.requests()
+    assert len(asked) < 15, asked

@@ -4,6 +4,7 @@ import gzip
 import hashlib
 import json
 import os
+import re
 import signal
 import socket
 import sys
@@ -496,3 +497,20 @@ def test_scripts_and_forms_are_packed_for_a_browser_that_takes_that(app: Served)
         assert gzip.decompress(packed.body) == plain.body
         assert packed.headers["content-encoding"] == "gzip"
         assert len(packed.body) < 0.4 * len(plain.body)
+
+
+def test_the_page_is_two_files_of_its_own_packed(app: Served) -> None:
+    """One script, one style sheet and two libraries, before it asks for data."""
+    page = app.ask("/", method="GET").body.decode()
+    named = re.findall(r'(?:src|href)="(/static/[^"]+)"', page)
+    assert sorted(set(named)) == [
+        "/static/icon.svg",
+        "/static/page.css",
+        "/static/page.js",
+        "/static/preact.min.js",
+        "/static/three.min.js",
+    ]
+    for path in named:
+        packed = app.ask(path, Accept_Encoding="gzip")
+        assert packed.headers["content-encoding"] == "gzip"
+        assert "default-src 'none'; script-src 'self'" in packed.headers["content-security-policy"]
