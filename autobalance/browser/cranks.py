@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -15,7 +15,7 @@ from starlette.routing import Route
 
 from autobalance.browser.answers import body_of, refused
 from autobalance.browser.project import APP_FOLDER
-from autobalance.errors import FormatError
+from autobalance.errors import FormatError, file_errors
 from autobalance.types import Array
 
 if TYPE_CHECKING:
@@ -40,11 +40,18 @@ class KnownCrank:
 
 
 def known_cranks(project: Project) -> dict[str, KnownCrank]:
-    """Return what is known of the project's cranks, by their files."""
+    """Return what is known of the project's cranks, by their files: named, scaled, or with a job kept."""
     path = _path(project)
-    if not path.is_file():
-        return {}
-    return {name: KnownCrank(**each) for name, each in json.loads(path.read_text(encoding="utf-8")).items()}
+    told = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    jobs = (each.name.removesuffix(".toml") for each in kept_jobs(project).glob("*.toml"))
+    return {name: KnownCrank() for name in sorted(jobs)} | {
+        name: KnownCrank(**each) for name, each in told.items()
+    }
+
+
+def kept_jobs(project: Project) -> Path:
+    """Return the folder of the jobs of cranks that are not open, ``CRANK.toml`` each."""
+    return project.folder / APP_FOLDER / "jobs"
 
 
 def keep_crank(project: Project, file: str, crank: KnownCrank) -> None:
@@ -87,6 +94,19 @@ def scaled_crank(project: Project, file: str, factor: float, stroke_mm: float) -
     return name
 
 
+def copied_crank(project: Project, file: str) -> str:
+    """Copy a crank's file under a name of its own; return that. It is called as the crank, with a number."""
+    known, path = known_cranks(project), project.folder / file
+    number = 2
+    while (target := project.folder / f"{path.stem}-{number}{path.suffix}").exists():
+        number += 1
+    with file_errors(f"copy {file}"):
+        target.write_bytes(path.read_bytes())
+    own = known.get(file, KnownCrank())
+    keep_crank(project, target.name, replace(own, name=f"{own.name or path.stem} {number}"[-LONGEST_NAME:]))
+    return target.name
+
+
 class CrankNames:
     """The endpoints."""
 
@@ -119,5 +139,5 @@ class CrankNames:
         if len(name) > LONGEST_NAME or not name.isprintable():
             return refused(f"name must be one line of at most {LONGEST_NAME} characters", 400)
         known = known_cranks(self._project).get(file, KnownCrank())
-        keep_crank(self._project, file, KnownCrank(name, known.scaled_from, known.factor, known.stroke_mm))
+        keep_crank(self._project, file, replace(known, name=name))
         return JSONResponse({"cranks": self.told()})

@@ -9,6 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from autobalance.browser.cranks import copied_crank, kept_jobs
 from autobalance.browser.named_files import FILE_KEYS
 from autobalance.browser.project import ABOVE_EXIT_CODE, JOB, STATE, Project, is_plain
 from autobalance.bundled import bundled_folder
@@ -92,10 +93,37 @@ def open_crank(name: str, project: Project) -> None:
     """Use a file of the project as the job's crank; a job of another crank is removed, its shop keys stay.
 
     Unit, weights, the original's parts and limits belong to the crank that they were typed for. What goes is
-    kept as a file of the project, `JOB_BEFORE`.
+    kept as a file of the project, `JOB_BEFORE`, and comes back with its crank.
     """
-    if job_of(project).get("crankshaft", {}).get("file") != name:
-        project.write_job(toml_text({**_for_another(project), "crankshaft": {"file": name}}))
+    if job_of(project).get("crankshaft", {}).get("file") == name:
+        return
+    kept = _kept_job(project, name)
+    before = kept.read_text(encoding="utf-8") if kept.is_file() else ""
+    tables = {**_for_another(project), "crankshaft": {"file": name}}
+    project.write_job(before or toml_text(tables))
+
+
+def duplicate_crank(project: Project) -> str:
+    """Make a second job beside the first: a copy of the crank by another name, with its job; return the file.
+
+    Raises
+    ------
+    FileError
+        If no crank is open.
+    """
+    tables = job_of(project)
+    file = str(tables.get("crankshaft", {}).get("file", ""))
+    if project.file(file) is None:
+        raise FileError("open a crank first; then its job can be duplicated")
+    _for_another(project)
+    name = copied_crank(project, file)
+    project.write_job(toml_text({**tables, "crankshaft": {**tables["crankshaft"], "file": name}}))
+    return name
+
+
+def _kept_job(project: Project, crank: str) -> Path:
+    """Return where the last job of a crank is kept while another one is open."""
+    return kept_jobs(project) / f"{crank}.toml"
 
 
 def _for_another(project: Project) -> dict[str, Any]:
@@ -104,6 +132,9 @@ def _for_another(project: Project) -> dict[str, Any]:
     if not tables.get("crankshaft", {}).get("file"):
         return tables
     project.write_text(JOB_BEFORE, toml_text(tables))
+    kept = _kept_job(project, str(tables["crankshaft"]["file"]))
+    kept.parent.mkdir(exist_ok=True)
+    project.write_text(str(kept.relative_to(project.folder)), toml_text(tables))
     return {key: value for key, value in tables.items() if key in OF_ANY_CRANK}
 
 
@@ -232,6 +263,8 @@ def open_job_of(made_of: Mapping[str, Any], project: Project) -> None:
     name = str(made_of.get("crankshaft", {}).get("file", ""))
     if project.file(name) is None:
         raise FileError(f"{name or 'the crank'} of that result is not in the project any more; drop it again")
+    if job_of(project).get("crankshaft", {}).get("file") != name:
+        _for_another(project)
     project.write_text(JOB_BEFORE, project.job_text)
     project.write_job(toml_text(dict(made_of)))
 

@@ -26,6 +26,7 @@ from autobalance.browser.live import Live
 from autobalance.browser.named_files import named_files
 from autobalance.browser.opening import (
     JOBS,
+    duplicate_crank,
     job_of,
     open_crank,
     open_example,
@@ -117,6 +118,7 @@ class Pages:
             Route("/api/files", self.upload, methods=["POST"]),
             Route("/api/open", self.open, methods=["POST"]),
             Route("/api/example", self.example, methods=["POST"]),
+            Route("/api/duplicate", self.duplicate, methods=["POST"]),
             Route("/api/runs", self.all_runs),
             Route("/api/runs", self.start, methods=["POST"]),
             Route("/api/runs/{run}", self.one_run),
@@ -282,6 +284,14 @@ class Pages:
         except AutobalanceError as error:
             return refused(str(error), 400)
         return JSONResponse({"run": run, **self._job()})
+
+    async def duplicate(self, _: Request) -> Response:
+        """Make a second job of the open crank beside the first, by another name."""
+        try:
+            await run_in_threadpool(duplicate_crank, self._project)
+        except AutobalanceError as error:
+            return refused(str(error), 400)
+        return JSONResponse(self._job())
 
     async def example(self, request: Request) -> Response:
         """Make the bundled crank the project's, or one drawn from a preset."""

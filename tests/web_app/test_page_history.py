@@ -6,7 +6,7 @@ import pytest
 
 from tests.report.browser import Browser
 from tests.web_app import small
-from tests.web_app.page import BROWSER, at, job_text, load, put, text_of, until
+from tests.web_app.page import BROWSER, READY, at, job_text, load, put, text_of, until
 from tests.web_app.serving import Served
 
 pytestmark = BROWSER
@@ -56,7 +56,7 @@ def test_a_crank_has_the_name_that_its_user_gives_it(page: Browser, project: Ser
 
     named("V8: 001")
     page.click_on(at("tab-see"))
-    saved = "return [...document.querySelectorAll('#downloads a')].map(each => each.download)"
+    saved = "return [...document.querySelectorAll('#downloads a[download]')].map(each => each.download)"
     assert all(name.startswith("V8- 001-") for name in page.run(saved))
     page.click_on(at("tab-history"))
     title = "return document.querySelector('[data-testid=history-crank] h3').textContent"
@@ -67,6 +67,40 @@ def test_a_crank_has_the_name_that_its_user_gives_it(page: Browser, project: Ser
     assert refused.status == 400
     assert project.ask("/api/cranks", {"file": "other.stl", "name": "a"}, "PUT").status == 400
     named("")
+
+
+def test_a_second_job_stands_beside_the_first_and_each_is_there_when_its_crank_is(
+    window: Browser, app: Served
+) -> None:
+    page = window
+    if not (app.project / small.NAME).exists():
+        app.ask(f"/api/files?name={small.NAME}", small.crank(app.project.parent).read_bytes())
+    app.ask("/api/job", small.DRILLED, "PUT")
+    load(page, app)
+    page.click_on(at("tab-history"))
+    page.click_on(at("duplicate"))
+    until(page, "return document.getElementById('crank-name').textContent === 'small 2'")
+    until(page, READY)
+    other = app.ask("/api/project").json["job"]
+    assert other == {**small.DRILLED, "crankshaft": {**small.DRILLED["crankshaft"], "file": "small-2.stl"}}
+    page.click_on(at("tab-parts"))
+    put(page, factor="0.31")
+    job_text(page, "factor = 0.31")
+    page.click_on(at("tab-history"))
+    titles = (
+        "return [...document.querySelectorAll('[data-testid=history-crank] h3')]"
+        ".map(each => each.textContent.trim())"
+    )
+    assert page.run(titles)[0] == "small 2 open now"
+    assert "small" in page.run(titles)
+    page.run("document.querySelector(`[data-crank='small.stl'] button`).click()")
+    until(page, "return document.getElementById('crank-name').textContent === 'small'")
+    until(page, READY)
+    assert app.ask("/api/project").json["job"] == small.DRILLED
+    page.click_on(at("tab-history"))
+    page.run("document.querySelector(`[data-crank='small-2.stl'] button`).click()")
+    until(page, "return document.getElementById('crank-name').textContent === 'small 2'")
+    job_text(page, "factor = 0.31")
 
 
 def had_back(page: Browser, app: Served, runs: list[str]) -> None:

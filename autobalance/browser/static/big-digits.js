@@ -3,6 +3,7 @@ import { html, useEffect, useRef, useState } from "/static/preact.min.js";
 import { state } from "/static/job.js";
 import { shown } from "/static/tools.js";
 import { Heavy, Plane, big, missing, read, recut } from "/static/machine.js";
+import { kindWords } from "/static/kind-cards.js";
 import { enteredFrom } from "/static/cuts.js";
 import { angleText, sign, zeroWords } from "/static/zero.js";
 import { unitOf } from "/static/units.js";
@@ -20,5 +21,5 @@ export function BigDigits() {
 
 function Cut({ cut, count, place }) {
   const figures = [[t("angle"), html`${angleText(cut.angle_deg)}<small class="ref"> ${sign()}</small>`], [t("depth"), `${shown(cut.depth_mm, 2, "mm")} ${unitOf("mm")}`], ["⌀", cut.diameter_mm ? `${shown(cut.diameter_mm, 2, "mm")} ${unitOf("mm")}` : "–"], ["z", `${shown(cut.z_mm, 1, "mm")} ${unitOf("mm")}`]];
-  return html`<div class="big-cut"><p>${t("Cut {number}, {place} of {count}", { number: cut.number, place, count })}: ${cut.kind}, ${t("web")} ${cut.web ?? "–"}, ${enteredFrom(cut)}</p><dl>${figures.map(([name, value]) => html`<dt>${name}</dt><dd>${value}</dd>`)}</dl><p>${zeroWords()}</p></div>`;
+  return html`<div class="big-cut"><p>${t("Cut {number}, {place} of {count}", { number: cut.number, place, count })}: ${kindWords(cut.kind)}, ${t("web")} ${cut.web ?? "–"}, ${enteredFrom(cut)}</p><dl>${figures.map(([name, value]) => html`<dt>${name}</dt><dd>${value}</dd>`)}</dl><p>${zeroWords()}</p></div>`;
 }

@@ -5,7 +5,7 @@ import { guarded } from "/static/server.js";
 import { answered, at, changed, emit, job, keep, on, state } from "/static/job.js";
 import { WORDS, chosen, faces, has, isPoint, kinds, limitOf, listed, methods, sectors, setLimit, zones } from "/static/limits.js";
 import { Board, Why, compare, hasCompared } from "/static/board.js";
-import { KindCards } from "/static/kind-cards.js";
+import { KindCards, kindWords } from "/static/kind-cards.js";
 import { Field } from "/static/fields.js";
 import { Measured, Predicted } from "/static/measured.js";
 import { Cancel, Progress, RunList, start, watched } from "/static/runs.js";
@@ -68,7 +68,7 @@ function pick() {
 export const balance = guarded(async (words) => {
   answered();
   emit("begun");
-  const told = await watched(() => start("balance", { job: job() }, words || (listed.cuts ? t("listed cuts") : chosen.method)));
+  const told = await watched(() => start("balance", { job: job() }, words || (listed.cuts ? t("listed cuts") : methods().map(kindWords).join(" + "))));
   if (told && await ended(told)) emit("tab", "see");
 });
 
@@ -83,7 +83,7 @@ function Correct() {
     <p class="buttons"><button type="button" data-testid="compare" id="compare" onClick=${() => compare()}>${hasCompared() ? t("Compare again") : t("Compare all methods")}</button> <${Cancel}/></p><${Listed}/><${Progress}/>
     <div id="first-limits" data-testid="first-limits">${used.map((kind) => html`<${Limits} key=${kind.name} kind=${kind} isFirst/>`)}</div>
     <${Faces}/><${Zones}/><p class="quiet" id="pick-says" aria-live="polite">${says.value}</p>
-    <details class="fold" open=${isMixed}><summary>${t("Mix with another kind")} <small>${isMixed ? methods().join(" + ") : t("no")}</small></summary><div class="fields"><label>${t("Correction method")} <select data-testid="method" id="method" value=${chosen.method} onInput=${set("method")}>${options}</select></label>
+    <details class="fold" open=${isMixed}><summary>${t("Mix with another kind")} <small>${isMixed ? methods().map(kindWords).join(" + ") : t("no")}</small></summary><div class="fields"><label>${t("Correction method")} <select data-testid="method" id="method" value=${chosen.method} onInput=${set("method")}>${options}</select></label>
     <label>${t("Mixed with")} <select data-testid="also" id="also" value=${chosen.also} onInput=${set("also")}><option value="">${t("nothing else")}</option>${options}</select></label>
     <label>${t("Verdict on")} <select data-testid="judge" id="judge" value=${at("balance.judge") || "dynamic"} onInput=${judge}><option value="dynamic">${t("resultant and planes")}</option><option value="static">${t("resultant alone")}</option></select></label></div></details>
     <details class="fold"><summary>${t("More limits")}</summary><div id="limits">${used.map((kind) => html`<${Limits} key=${kind.name} kind=${kind}/>`)}</div></details>

@@ -4,15 +4,15 @@ import { $, shown, withUnit } from "/static/tools.js";
 import { crankName, emit, isUnitAsked, state, unitOfFile } from "/static/job.js";
 import { line as analyse } from "/static/analyse.js";
 import { balance } from "/static/correct.js";
-import { chosen, listed } from "/static/limits.js";
+import { listed, methods } from "/static/limits.js";
 import { Heavy, big, missing, read, recut } from "/static/machine.js";
 import { coming } from "/static/files.js";
-import { plannedSays } from "/static/kind-cards.js";
+import { kindWords, plannedSays } from "/static/kind-cards.js";
 import { doubts } from "/static/open.js";
 import { preview } from "/static/parts.js";
 import { anyMoved, dragged, trial } from "/static/drag.js";
 import { draggedPolars, previewPolars, resultPolars } from "/static/polar.js";
-import { Cancel, cutting, results } from "/static/runs.js";
+import { Cancel, cutting, doing, results } from "/static/runs.js";
 import { mount } from "/static/store.js";
 import { unitOf } from "/static/units.js";
 import { judged } from "/static/verdict.js";
@@ -53,7 +53,7 @@ function engine() {
   if (found) return { is: "done", says: typeof found.balance_factor.initial === "number" ? `${shown(found.balance_factor.initial, 3)} → ${shown(found.balance_factor.target, 2)}` : t("factor {factor}", { factor: shown(found.balance_factor.target, 2) }) };
   return why ? { is: "ask", says: t("weights") } : {};
 }
-const plan = () => (state.inspected ? { is: state.result ? "done" : "", says: listed.cuts ? t("listed cuts") : chosen.method } : {});
+const plan = () => (state.inspected ? { is: state.result ? "done" : "", says: listed.cuts ? t("listed cuts") : methods().map(kindWords).join(" + ") } : {});
 const TONES = { good: "done", warn: "ask", bad: "bad", stale: "stale" }, SHORT = { good: "within", warn: "not proven", bad: "above", stale: "earlier" };
 function result() {
   const found = judged();
@@ -87,15 +87,15 @@ const LINES = {
   },
   correct: () => {
     const run = cutting();
-    if (run) return { tone: "work", words: t("Cutting and measuring"), says: `${run.words}, ${Math.round(100 * run.share)} %`, cancel: true };
+    if (run) return { tone: "work", words: t("Cutting and measuring"), says: `${doing(run.words)}, ${Math.round(100 * run.share)} %`, cancel: true };
     const needs = !state.file ? t("Open a crank first.") : isUnitAsked() ? t("Answer 1 question in Crank: the unit of the file.") : "";
     const planned = needs ? null : plannedSays();
     if (planned) return { tone: "plain", words: planned.words, says: planned.says, bars: preview.value.found ? [[t("Resultant"), planned.left, null, preview.value.found.tolerance.permissible_g_mm]] : [], main: { id: "balance", words: t("Cut and measure"), work: () => balance() } };
-    return { tone: "plain", words: listed.cuts ? t("Listed cuts: {count}", { count: listed.cuts.length }) : t("Ready to plan: {method}", { method: chosen.method }), says: needs || t("The cuts are planned, made in the solid, and measured on the written file."), main: { id: "balance", words: t("Cut and measure"), off: Boolean(needs), work: () => balance() } };
+    return { tone: "plain", words: listed.cuts ? t("Listed cuts: {count}", { count: listed.cuts.length }) : t("Ready to plan: {method}", { method: methods().map(kindWords).join(" + ") }), says: needs || t("The cuts are planned, made in the solid, and measured on the written file."), main: { id: "balance", words: t("Cut and measure"), off: Boolean(needs), work: () => balance() } };
   },
   see: () => {
     const found = judged(), run = cutting();
-    if (run) return { tone: "work", words: t("Cutting and measuring"), says: `${run.words}, ${Math.round(100 * run.share)} %`, cancel: true };
+    if (run) return { tone: "work", words: t("Cutting and measuring"), says: `${doing(run.words)}, ${Math.round(100 * run.share)} %`, cancel: true };
     if (!found) return { tone: "plain", words: t("No result yet"), says: t("Plan the cuts, then cut and measure."), main: { words: `${t("Plan the cuts")} ${NEXT}`, work: to("correct") } };
     const isStale = found.tone === "stale", isMoved = anyMoved() && dragged.left && dragged.verb === "balance";
     if (isMoved) return { tone: "plain", words: t("Moved by hand, not cut yet"), says: t("Predicted: {left} of what is permitted.", { left: `${shown(100 * dragged.left.worst_share, 0)} %` }), bars: predictedBars(), main: { id: "line-cut-moved", words: t("Cut and measure"), work: trial } };
@@ -104,7 +104,7 @@ const LINES = {
   machine: () => {
     if (!state.result) return { tone: "plain", words: t("No result yet"), says: t("Balance a crank first; then spin it and enter what the machine reads."), main: { words: `${t("Plan the cuts")} ${NEXT}`, work: to("correct") } };
     const run = cutting(), needs = Object.values(missing())[0], planes = state.result.report.tolerance.planes;
-    if (run) return { tone: "work", words: t("Cutting and measuring"), says: `${run.words}, ${Math.round(100 * run.share)} %`, cancel: true };
+    if (run) return { tone: "work", words: t("Cutting and measuring"), says: `${doing(run.words)}, ${Math.round(100 * run.share)} %`, cancel: true };
     const bars = (read.planes === "2" ? [1, 2] : [1]).map((place) => [t("{plane} read", { plane: read[`at-${place}`] || place }), read[`g-mm-${place}`], null, (planes[place - 1] || state.result.report.tolerance).permissible_g_mm]).filter(([, value]) => typeof value === "number");
     const isWithin = bars.every(([, value, , limit]) => value <= limit);
     const more = { text: t("Big digits"), id: "big", work: () => { big.value = true; } };

@@ -7,7 +7,7 @@ import { nameOf, results, takeAway } from "/static/runs.js";
 import { Scaled, open } from "/static/open.js";
 import { mount, redraw, signal } from "/static/store.js";
 import { judgement } from "/static/verdict.js";
-import { manyWords } from "/static/kind-cards.js";
+import { kindWords, manyWords } from "/static/kind-cards.js";
 import { unitOf } from "/static/units.js";
 import { locale, t } from "/static/words.js";
 
@@ -23,20 +23,27 @@ export function setUp() {
 }
 
 function History() {
-  const runs = results(), cranks = [...new Set(runs.map(({ crank }) => crank || ""))];
+  const runs = results(), cranks = [...new Set([...runs.map(({ crank }) => crank || ""), ...(state.file ? [state.file] : []), ...Object.keys(state.cranks)])];
   const current = cranks.includes(state.file) ? [state.file, ...cranks.filter((each) => each !== state.file)] : cranks;
   return html`<div class="history"><div><h2>${t("Cranks and results")}</h2><p class="quiet">${runs.length ? t("Every result keeps its job, its papers and its time. Tick two to compare.") : t("No result yet")}</p>${current.map((crank) => html`<${Crank} key=${crank} crank=${crank} runs=${runs.filter((told) => (told.crank || "") === crank)}/>`)}</div><${Two} runs=${runs}/></div>`;
 }
 
+// A second job beside the first: the same crank by another name, its job as it is now.
+const duplicate = guarded(async () => {
+  await brought(() => post("/api/duplicate", {}), true);
+  state.cranks = (await askJson("/api/cranks")).cranks;
+  changed();
+  await open();
+});
 function Crank({ crank, runs }) {
-  const isOpen = crank === state.file, again = guarded(async () => { await brought(() => post("/api/open", { file: crank }), true); changed(); await open(); emit("tab", "open"); });
-  return html`<section class="of-crank" data-testid="history-crank" data-crank=${crank}><div class="top"><h3>${crankName(crank) || t("From elsewhere")} ${isOpen ? html`<span class="badge" data-tone="plain">${t("open now")}</span>` : ""}</h3>${isOpen || !crank ? "" : html`<button type="button" class="small" onClick=${again}>${t("Open")}</button>`}</div><${Scaled} file=${crank}/>
-    <table><thead><tr><td></td><th scope="col">${t("result")}</th><th scope="col">${t("left of permitted")}</th><td></td><th scope="col">${t("made")}</th><td></td></tr></thead><tbody>${runs.map((told) => html`<${Result} key=${told.id} told=${told}/>`)}</tbody></table></section>`;
+  const isOpen = crank === state.file, again = guarded(async () => { await brought(() => post("/api/open", { file: crank }), true); changed(); state.cranks = (await askJson("/api/cranks")).cranks; await open(); emit("tab", "open"); });
+  return html`<section class="of-crank" data-testid="history-crank" data-crank=${crank}><div class="top"><h3>${crankName(crank) || t("From elsewhere")} ${isOpen ? html`<span class="badge" data-tone="plain">${t("open now")}</span>` : ""}</h3>${!crank ? "" : isOpen ? html`<button type="button" class="small" data-testid="duplicate" onClick=${duplicate}>${t("Duplicate")}</button>` : html`<button type="button" class="small" onClick=${again}>${t("Open")}</button>`}</div><${Scaled} file=${crank}/>
+    ${runs.length ? "" : html`<p class="quiet">${t("No result yet")}</p>`}<table hidden=${!runs.length}><thead><tr><td></td><th scope="col">${t("result")}</th><th scope="col">${t("left of permitted")}</th><td></td><th scope="col">${t("made")}</th><td></td></tr></thead><tbody>${runs.map((told) => html`<${Result} key=${told.id} told=${told}/>`)}</tbody></table></section>`;
 }
 
 function cutsOf(report) {
   const kinds = [...new Set((report?.corrections || []).map(({ kind }) => kind))];
-  return kinds.length ? `${kinds.join(" + ")}, ${manyWords(kinds.length === 1 ? kinds[0] : "", report.corrections.length)}` : t("nothing cut");
+  return kinds.length ? `${kinds.map(kindWords).join(" + ")}, ${manyWords(kinds.length === 1 ? kinds[0] : "", report.corrections.length)}` : t("nothing cut");
 }
 const leftOf = ({ residual, tolerance }) => `${shown(residual.magnitude_g_mm, 2, "g·mm")} ${t("of {limit}", { limit: `${shown(tolerance.permissible_g_mm, 2, "g·mm")} ${unitOf("g·mm")}` })}`;
 const when = (told) => new Date(told.started).toLocaleString(locale, { dateStyle: "short", timeStyle: "short" });

@@ -17,6 +17,8 @@ const PICTURES = {
   mill: html`<rect class="k-cut" x="42" y="56" width="36" height="12" rx="3"/>`,
 };
 const NAMES = { shoulder: "Shoulder", turn: "Turn", drill: "Drill", slug: "Slug", add: "Add", mill: "Mill" };
+// What a shop calls a kind.
+export const kindWords = (name) => t(NAMES[name] || name);
 const ONTO = { add: "on" };
 const MANY = { drill: "holes: {count}", slug: "slugs: {count}", mill: "pockets: {count}", add: "pads: {count}" };
 export const manyWords = (kind, count) => t(MANY[kind] || "cuts: {count}", { count });
@@ -47,5 +49,5 @@ function Says({ name, row, place, isBest }) {
 export function plannedSays() {
   const found = listed.cuts ? null : compared(chosen.also ? [chosen.method, chosen.also] : [chosen.method]);
   if (!found?.row.outcome || found.isOld) return null;
-  return { left: found.row.residual_g_mm, words: `${t("Plan: {method}", { method: t(NAMES[chosen.method] || chosen.method) })}, ${manyWords(chosen.method, found.row.cuts)}`, says: t("Compared: {left} is left, {mass} moved. Cut and measured next.", { left: withUnit(found.row.residual_g_mm, 2, "g·mm"), mass: `${shown(found.row.metal_moved_g, 1)} g` }) };
+  return { left: found.row.residual_g_mm, words: `${t("Plan: {method}", { method: kindWords(chosen.method) })}, ${manyWords(chosen.method, found.row.cuts)}`, says: t("Compared: {left} is left, {mass} moved. Cut and measured next.", { left: withUnit(found.row.residual_g_mm, 2, "g·mm"), mass: `${shown(found.row.metal_moved_g, 1)} g` }) };
 }

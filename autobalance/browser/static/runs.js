@@ -60,6 +60,11 @@ export function list(runs) {
   listed.value = runs.filter((each) => each.verb !== "inspect" || !ENDED.includes(each.state)).reverse();
 }
 
+// How far a run is, in the reader's words.
+export function doing(words) {
+  const pass = words.match(/^cutting, pass (\d+)$/);
+  return pass ? t("cutting, pass {number}", { number: pass[1] }) : t(words);
+}
 const now = signal({ going: "", last: null }); // the run that a person watches: its id while it goes, and how far the last one came
 
 export function Cancel({ id = "cancel" }) {
@@ -67,7 +72,7 @@ export function Cancel({ id = "cancel" }) {
   return html`<button type="button" data-testid=${id} id=${id} disabled=${!going} data-run=${going} onClick=${guarded(async () => { if (going) await cancel(going); })}>${t("Cancel")}</button>`;
 }
 export function Progress() {
-  const { last } = now.value, share = Math.round(100 * (last?.share || 0)), words = last ? `${last.verb}: ${last.words}` : "";
+  const { last } = now.value, share = Math.round(100 * (last?.share || 0)), words = last ? doing(last.words) : "";
   return html`<div data-testid="progress" id="progress" role="progressbar" aria-label=${t("Progress")} aria-valuemin="0" aria-valuemax="100" aria-valuenow=${String(share)} aria-valuetext=${words} hidden=${!now.value.going}><i style=${{ width: `${share}%` }}></i><span>${words}</span></div>`;
 }
 
@@ -91,9 +96,9 @@ export function RunList() {
 
 function Item({ told }) {
   const { id, verb } = told, done = told.state === "done" && ["balance", "recut"].includes(verb);
-  const doing = told.state === "running" ? `${told.words}, ${Math.round(100 * told.share)} %` : t(told.state);
+  const how = told.state === "running" ? `${doing(told.words)}, ${Math.round(100 * told.share)} %` : t(told.state);
   const button = (words, work) => html`<button type="button" aria-label=${`${t(words)} ${verb} ${id}`} onClick=${work}>${t(words)}</button>`;
-  return html`<li data-run=${id} data-state=${told.state} aria-current=${state.result?.id === id ? "true" : undefined}><span><b>${crankName(told.crank)}</b> ${verb}${words[id] ? ` ${words[id]}` : ""}: ${doing}${told.state === "done" ? html` <small>${new Date(told.started).toLocaleString(locale, { dateStyle: "short", timeStyle: "short" })}</small>` : ""}${told.error ? ` – ${told.error}` : ""}</span>
+  return html`<li data-run=${id} data-state=${told.state} aria-current=${state.result?.id === id ? "true" : undefined}><span><b>${crankName(told.crank)}</b> ${verb}${words[id] ? ` ${words[id]}` : ""}: ${how}${told.state === "done" ? html` <small>${new Date(told.started).toLocaleString(locale, { dateStyle: "short", timeStyle: "short" })}</small>` : ""}${told.error ? ` – ${told.error}` : ""}</span>
     <span class="buttons">${done ? button("Show", () => { emit("show", told); emit("tab", "see"); }) : ""}${ENDED.includes(told.state) ? button("Delete", () => taken(told)) : button("Cancel", guarded(() => cancel(id)))}</span></li>`;
 }
 

@@ -1,0 +1,76 @@
+"""The machine on the page: stages with what was read, expected and left; the polar's path; the big screen."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+
+from tests.report.browser import Browser
+from tests.web_app import small
+from tests.web_app.page import BROWSER, at, latest, load, nothing_wrong, put, until
+from tests.web_app.serving import Served
+
+pytestmark = BROWSER
+TWO_STAGES = "return document.querySelectorAll('#stages tbody tr').length === 2"
+STAGES = (
+    "return [...document.querySelectorAll('#stages tbody tr')].map(row => Object.fromEntries("
+    "[...row.querySelectorAll('[data-key]')]"
+    ".map(each => [each.dataset.key.split('.')[2], Number(each.dataset.value)])))"
+)
+BIG = """
+const keys = [...document.querySelectorAll("#big-digits .buttons button")]
+  .map(each => each.getBoundingClientRect());
+const digits = getComputedStyle(document.querySelector("#big-digits .big-cut dd"));
+return [parseFloat(digits.fontSize) / innerHeight, Math.min(...keys.map(each => each.height)),
+  Math.min(...keys.map(each => innerHeight - each.bottom)),
+  document.getElementById("big-digits").textContent];
+"""
+
+
+def test_a_reading_makes_a_stage_with_what_was_read_expected_and_left(window: Browser, app: Served) -> None:
+    page = window
+    page.resize(1400, 900)
+    app.ask(f"/api/files?name={small.NAME}", small.crank(app.project.parent).read_bytes())
+    for verb in ("inspect", "balance"):
+        small.ran(app, verb, small.DRILLED)
+    app.ask("/api/job", small.DRILLED, "PUT")
+    load(page, app)
+    with nothing_wrong(page, app):
+        page.click_on(at("tab-machine"))
+        permitted = latest(app, "balance")["report"]["tolerance"]["planes"][0]["permissible_g_mm"]
+        first = 1.5 * permitted
+        put(page, g_mm_1=first, angle_1=180, g_mm_2=first, angle_2=180)
+        expected = latest(app, "balance")["report"]["residual"]["planes"][0]["unbalance_g_mm"]
+        drawn = until(
+            page,
+            "const d = document.querySelector('[data-testid=read-polar-1]');"
+            "const path = d.querySelector('.p-path'), ring = d.querySelector('.p-expected');"
+            "return path && [d.dataset.expected, path.getAttribute('d'),"
+            "...['cx', 'cy'].map(name => ring.getAttribute(name))]",
+        )
+        assert json.loads(drawn[0]) == expected
+        assert drawn[1].startswith(f"M{drawn[2]} {drawn[3]}L")  # from what was expected
+        assert drawn[1].endswith("L100.00 166.00")  # to what is read: straight down, at the rim
+        page.click_on(at("recut"))
+        until(page, TWO_STAGES)
+        report: dict[str, Any] = latest(app, "recut")["report"]
+        rows = page.run(STAGES)
+        for row, stage in zip(rows, report["stages"], strict=True):
+            for key in ("reading", "expected", "predicted"):
+                if stage[key] is not None:
+                    assert row[key] == stage[key]["magnitude_g_mm"]
+        assert rows[1]["reading"] == pytest.approx(2.0 * first)
+        assert page.run("return document.querySelectorAll('#next-cuts tr.turns').length") == len(
+            report["corrections"]
+        )
+        page.click_on(at("big"))
+        until(page, "return document.querySelector('#big-digits').open")
+        page.run("[...document.querySelectorAll('#big-digits .buttons button')][1].click()")
+        until(page, "return document.querySelector('.big-cut dd')")
+        share, key, foot, words = page.run(BIG)
+        assert share >= 1.0 / 8.0
+        assert key >= 88.0
+        assert foot > 0.0
+        assert "0° at crankpin 1, counter-clockwise seen from +z" in words
