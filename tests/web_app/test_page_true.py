@@ -116,7 +116,7 @@ def test_no_result_of_one_crank_stands_under_another(two: Browser, app: Served) 
     )
     until(two, IS, "warn")
     assert app.ask("/api/project").json["job"] == small.DRILLED
-    assert "small.stl" in two.run("return document.getElementById('result-of').textContent")
+    assert "small, " in two.run("return document.getElementById('result-of').textContent")
 
 
 def test_two_tabs_keep_what_both_typed(page: Browser, project: Served) -> None:
