@@ -18,7 +18,11 @@ from docutils.utils.math.latex2mathml import tex2mathml
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
 sys.path.insert(0, str(ROOT))
-os.environ["COLUMNS"] = "100"  # argparse wraps its help at the terminal's width
+sys.path.insert(0, str(DOCS))
+
+from make_tables import COLUMN, wrapped  # noqa: E402
+
+os.environ["COLUMNS"] = str(COLUMN + 2)  # argparse wraps its help at the terminal's width
 
 from autobalance import PUBLIC, theory  # noqa: E402
 from autobalance.command.main import full_parser  # noqa: E402
@@ -66,7 +70,7 @@ def write_commands() -> None:
     choices = full_parser()._subparsers._group_actions[0].choices  # type: ignore[union-attr]
     lines = ["# Every command's help", "", "`autobalance COMMAND --help` prints the same.", ""]
     for name in COMMANDS:
-        lines += [f"## {name}", "", "```text", choices[name].format_help().rstrip(), "```", ""]  # type: ignore[index,call-overload]
+        lines += [f"## {name}", "", "```text", wrapped(choices[name].format_help()), "```", ""]  # type: ignore[index,call-overload]
     (GENERATED / "commands.md").write_text("\n".join(lines), encoding="utf-8")
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 import sys
+import textwrap
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -35,7 +36,20 @@ PAGES = tuple(
 BLOCK = re.compile(r"<!-- keys of ([a-z -]+?) -->\n.*?<!-- end -->", re.DOTALL)
 OF_WORDS = ("share",)
 """Units that are words of the meaning."""
+COLUMN = 75
+"""Letters in a line of the site's boxes of text."""
 HEAD = "| key | value | default | meaning |\n|---|---|---|---|"
+
+
+def wrapped(text: str) -> str:
+    """Return a help text without lines that a box of the site would have to scroll."""
+    lines = []
+    for line in text.rstrip().splitlines():
+        indent = " " * (len(line) - len(line.lstrip()))
+        lines += textwrap.wrap(
+            line, COLUMN, subsequent_indent=f"{indent}    ", break_long_words=False, break_on_hyphens=False
+        ) or [""]
+    return "\n".join(lines)
 
 
 def blocks() -> dict[str, str]:

@@ -64,10 +64,15 @@ def design_picture(mesh: Mesh) -> bytes:
 
 
 def front_plot(names: tuple[str, ...], front: NDArray[np.float64], others: NDArray[np.float64]) -> Plot:
-    """Return the front (n, k) and the other designs (m, k), the first two objectives across and up."""
+    """Return the front (n, k) and the other designs (m, k), the first two objectives across and up.
+
+    With one objective, that is up, and across are the designs in its order.
+    """
     from autobalance.report.plots import drawn
 
-    across, up = (0, 1) if len(names) > 1 else (0, 0)
+    if len(names) == 1:
+        return _one_objective(names[0], np.sort(others[:, 0]), front[:, 0])
+    across, up = 0, 1
 
     def draw(axes: Axes) -> None:
         axes.plot(others[:, across], others[:, up], ".", color="0.75", label="looked at")
@@ -76,3 +81,15 @@ def front_plot(names: tuple[str, ...], front: NDArray[np.float64], others: NDArr
         axes.set_xlabel(names[across])
 
     return drawn("Designs", names[up], draw)
+
+
+def _one_objective(name: str, values: NDArray[np.float64], best: NDArray[np.float64]) -> Plot:
+    from autobalance.report.plots import drawn
+
+    def draw(axes: Axes) -> None:
+        axes.plot(np.arange(1, len(values) + 1), values, ".", color="0.75", label="looked at")
+        for value in best:
+            axes.axhline(float(value), color="black", label="not dominated")
+        axes.set_xlabel("design, in order")
+
+    return drawn("Designs", name, draw)

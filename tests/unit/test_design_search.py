@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from autobalance.errors import JobError
+from autobalance.profile_search.files import front_plot
 from autobalance.profile_search.neighbours import OtherShaft, Piston, Rod, circle_mm, least_clearance
 from autobalance.profile_search.profile import Profile, fitted_radii_mm, refuse_crossing
 from autobalance.solid.csg.region import Region
@@ -105,3 +106,10 @@ def test_a_thin_tooth_that_passes_between_the_angles_looked_at_is_found() -> Non
     assert found.least_mm == pytest.approx(2.0, abs=1e-4)
     assert found.at_rad == pytest.approx(meets, abs=1e-4)
     assert least_clearance(shaft, at(60.0, 77.0), (0.0, 5.0), refine=False).least_mm > 2.3
+
+
+def test_a_single_objective_is_drawn_over_the_designs_and_not_over_itself() -> None:
+    values = np.array([[3.0], [1.0], [2.0]])
+    svg = front_plot(("mass_g",), values[1:2], values)["svg"].decode()
+    assert svg.count("mass_g") == 1
+    assert "design, in order" in svg

@@ -136,3 +136,32 @@ def test_every_format_is_documented() -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     first = [f".{entry.endings[0]}" for entry in ENTRIES.values() if entry.endings]
     assert {each for each in first if f"{each} " not in readme and f"{each}\n" not in readme} == set()
+
+
+def test_help_on_the_site_fits_its_boxes() -> None:
+    """And the front page shows no second table of contents beside the site's own."""
+    module = tables()
+    parser = full_parser()
+    choices = parser._subparsers._group_actions[0].choices  # type: ignore[union-attr]
+    for name in COMMANDS:
+        text = module.wrapped(choices[name].format_help())  # type: ignore[index]
+        assert max(map(len, text.splitlines())) <= module.COLUMN, name
+    index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    assert index.count("```{toctree}") == index.count("```{toctree}\n:hidden:") > 0
+
+
+def test_documents_weigh_two_rods_of_a_crankpin_in_one_way() -> None:
+    """One rod with its piston is weighed, and ``rods_per_throw`` counts them; nobody doubles the pieces."""
+    for path in DOCUMENTS:
+        for block in re.findall(r"```toml\n(.*?)```", path.read_text(encoding="utf-8"), re.DOTALL):
+            if "rods_per_throw = 2" in block:
+                assert "pieces = 2" not in block, path.name
+            assert not re.search(r"(rod|piston|big_end|small_end)\w* = \{[^}]*pieces = 2", block), path.name
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+def test_no_asterisks_are_left_of_bold_text(path: Path) -> None:
+    text = re.sub(r"```.*?```|`[^`]*`", "x", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+    for paragraph in re.split(r"\n\s*\n", text):
+        assert paragraph.count("**") % 2 == 0, paragraph[:80]
+        assert "****" not in paragraph
