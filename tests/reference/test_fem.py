@@ -185,7 +185,7 @@ def test_a_bar_pulled_from_the_command_line(tmp_path: Path, capsys: pytest.Captu
         load = [{ box_mm = [[-1, -1, 59.99], [11, 9, 60.01]], force_N = [0, 0, 4000] }]
         solid = { file = "bar.stl", unit = "mm" }
         material = { e_gpa = 70.0, nu = 0.33 }
-        analysis = { kind = "static", size_mm = 8.0 }
+        analysis = { kind = "static", size_mm = 20.0 }
         """,
         "utf-8",
     )
