@@ -8,7 +8,7 @@ import pytest
 
 from autobalance.verbs.verify import verify
 from tests import jobs
-from tests.coarse import FINE, coarse_facets
+from tests.coarse import HALF_FINE, coarse_facets
 from tests.good_results import KINDS, MESHES, faults, good_job
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("cranks_read_once")]
@@ -39,7 +39,7 @@ def test_loads_with_gas_of_a_step_file_are_those_of_the_written_file(tmp_path: P
     cycle = "bore_mm = 70.0\ncompression_ratio = 10.0\nheat_J = 500.0\nfiring_order = [1, 3, 2]\n"
     text = text if "[cycle]" in text else text.replace("[balance]", f"[cycle]\n{cycle}[balance]")
     good.job.write_text(text, encoding="utf-8")
-    with coarse_facets(FINE):  # of the usual facets it takes three times as long
+    with coarse_facets(HALF_FINE):  # of the usual facets it takes four times as long
         assert faults(good, draw) == []
         held = verify(tmp_path / "out" / "report.json").claims
     assert jobs.report_of(tmp_path / "out")["corrections"]
