@@ -1,6 +1,9 @@
 """What the page shows as one types and drags: that it is what the functions say."""
 
+import copy
 import json
+import math
+import re
 import subprocess
 import sys
 import tempfile
@@ -18,9 +21,12 @@ from autobalance.browser.live import kinds
 from autobalance.browser.meshes import crank_mesh, creases
 from autobalance.browser.prediction import linear_model, predicted
 from autobalance.browser.preview import preview
-from autobalance.browser.work import MESH, MODEL, SOLID_READ_SHARE, VERBS, Place
+from autobalance.browser.work import MESH, MODEL, SOLID_READ_SHARE, VERBS, Place, _material
 from autobalance.crank.recognition.candidates import cylinder_candidates
 from autobalance.errors import JobError
+from autobalance.paper.svg_pen import web_drawings
+from autobalance.report.balance.datums import with_design_radii
+from autobalance.report.balance.zero import Zero
 from tests import jobs
 from tests.web_app import small
 
@@ -210,6 +216,41 @@ def test_what_was_dragged_is_cut_and_measured() -> None:
     assert mass_change_g(other) == pytest.approx(told["mass_change_g"], rel=0.03)
     assert other["inertia_change_kg_mm2"] == pytest.approx(told["inertia_change_kg_mm2"], rel=0.03)
     assert other["outcome"] == "above_tolerance"
+
+
+def test_each_hole_stands_on_the_wheel_of_its_web_at_the_angle_of_the_table() -> None:
+    """Crankpin 1 is up, the wheel counts from the keyway: as the sheet draws and says it."""
+    _, result = on_small("drill")
+    material = _material(result)
+    report = copy.deepcopy(dict(with_design_radii(material.report)))
+    report["crank"]["datums"]["angle"] = {"of": "keyway", "angle_deg": 100.25}
+    made, zero = {str(each["number"]): each for each in report["corrections"]}, Zero.of(report)
+    seen = []
+    for web in web_drawings(report, material.drawings, "metric"):
+        circles = re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)" r="([\d.]+)"', web.svg)
+        middle, wheel = complex(float(circles[0][0]), float(circles[0][1])), float(circles[0][2])
+
+        def angle(x: str, y: str, middle: complex = middle) -> float:
+            away = middle - complex(float(x), float(y))
+            return math.degrees(math.atan2(away.real, away.imag)) % 360.0
+
+        ends = re.findall(r'd="M([\d.]+) ([\d.]+)L([\d.]+) ([\d.]+)"', web.svg)
+        ticks = [
+            angle(x, y)
+            for u, v, x, y in ends
+            if abs(abs(complex(float(u), float(v)) - middle) - wheel) < 0.01
+            and abs((angle(u, v) - angle(x, y) + 180.0) % 360.0 - 180.0) < 0.1
+        ]
+        (named,) = re.findall(r'<text x="([\d.]+)" y="([\d.]+)"[^>]*>0</text>', web.svg)
+        wanted = min(ticks, key=lambda tick: abs((tick - angle(*named) + 180.0) % 360.0 - 180.0))
+        assert wanted == pytest.approx(zero.angle_deg, abs=0.1)
+        marks = [(x, y) for x, y, r in circles if r == "0.450"]
+        for label, mark in zip(web.labels, marks, strict=True):
+            for number in label.split(", "):  # alike in two webs
+                told = zero.ccw(made[number]["angle_deg"])
+                assert (angle(*mark) - wanted) % 360.0 == pytest.approx(told, abs=0.1)
+                seen.append(number)
+    assert sorted(seen) == sorted(made)
 
 
 # --- as one types -----------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ export function BigDigits() {
   const cuts = state.result.report.corrections, at = Math.min(page, cuts.length), places = read.planes === "2" ? [1, 2] : [1];
   return html`<dialog id="big-digits" data-testid="big-digits" ref=${box} aria-label=${t("Big digits")} onClose=${() => { big.value = false; }}>${!big.value ? "" : html`
     ${at === 0 ? html`<div class="big-planes">${places.map((place) => html`<div><${Plane} place=${place} before="big-"/><${Heavy} place=${place}/></div>`)}</div>` : html`<${Cut} cut=${cuts[at - 1]} count=${cuts.length} place=${at}/>`}
-    <p class="buttons"><button type="button" disabled=${at === 0} onClick=${() => setPage(at - 1)}>${t("Back")}</button><button type="button" disabled=${at >= cuts.length} onClick=${() => setPage(at + 1)}>${at === 0 ? t("The cuts") : t("Next")}</button>
+    <p class="buttons"><button type="button" hidden=${at === 0} onClick=${() => setPage(at - 1)}>${t("Back")}</button><button type="button" disabled=${at >= cuts.length} onClick=${() => setPage(at + 1)}>${at === 0 ? t("The cuts") : t("Next")}</button>
     ${at === 0 ? html`<button type="button" class="main" disabled=${Object.keys(missing()).length > 0} onClick=${() => recut(false)}>${t("Plan the next cuts")}</button>` : ""}<button type="button" onClick=${() => { big.value = false; }}>${t("Close")}</button></p>`}</dialog>`;
 }
 

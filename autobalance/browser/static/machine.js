@@ -59,7 +59,7 @@ const Choice = ({ of: [key, words, options], testid = key }) => html`<label>${t(
 
 export function Plane({ place, before = "" }) {
   return html`<fieldset class="fields" id=${`${before}plane-${place}`} hidden=${place === 2 && read.planes === "1"}><legend>${t(place === 1 ? "First plane" : "Second plane")}</legend>
-    <${One} before=${before} field=${text(`at-${place}`, "at A, B or z [mm]")}/><${One} before=${before} field=${number(`g-mm-${place}`, "Unbalance", "g·mm")}/><${One} before=${before} field=${number(`angle-${place}`, "Angle", "°")}/></fieldset>`;
+    ${before ? "" : html`<${One} field=${text(`at-${place}`, "at A, B or z [mm]")}/>`}<${One} before=${before} field=${number(`g-mm-${place}`, "Unbalance", "g·mm")}/><${One} before=${before} field=${number(`angle-${place}`, "Angle", "°")}/></fieldset>`;
 }
 
 // The machine's zero in the rotor's frame: it counts from the job's.

@@ -28,7 +28,7 @@ const isRotor = () => Boolean(state.inspected || state.result); // a bare solid 
 function Tools() {
   if (!isRotor()) return "";
   const button = (name, words, title, isOn, press) => html`<button type="button" data-testid=${`tool-${name}`} aria-pressed=${String(isOn.value)} title=${t(title)} onClick=${press}>${t(words)}</button>`;
-  return html`${button("degrees", "Degrees", "Angles about the axis, from the zero of the job", isWheel, () => { isWheel.value = !isWheel.value; wheel(); })}${button("section", "Section", "Cut the view open across an axis", isSection, () => { isSection.value = !isSection.value; if (isSection.value) sectioned(); else unsectioned(); })}${button("measure", "Measure", "Click two points: distance, angle, radius", isMeasure, () => { isMeasure.value = !isMeasure.value; points.value = []; view.draw(); })}`;
+  return html`${button("degrees", "Degrees", "Angles about the axis, from the zero of the job", isWheel, () => { isWheel.value = !isWheel.value; roomFor(isWheel.value); wheel(); })}${button("section", "Section", "Cut the view open across an axis", isSection, () => { isSection.value = !isSection.value; if (isSection.value) sectioned(); else unsectioned(); })}${button("measure", "Measure", "Click two points: distance, angle, radius", isMeasure, () => { isMeasure.value = !isMeasure.value; points.value = []; view.draw(); })}`;
 }
 function Says() {
   $("stage-says").hidden = !isSection.value && !isMeasure.value;
@@ -49,6 +49,13 @@ function Section() {
 
 let drawn = null, names = [];
 const way = (degrees) => { const turn = ((zeroDeg() + degrees) * Math.PI) / 180; return [Math.cos(turn), Math.sin(turn)]; };
+// The wheel's names are outside of the crank: it is shown smaller while they are there.
+const SMALLER = 0.8;
+function roomFor(isOn) {
+  if (!view.camera) return;
+  view.camera.zoom *= isOn ? SMALLER : 1 / SMALLER;
+  view.camera.updateProjectionMatrix();
+}
 // The wheel stands at the end of the crank that is nearer to the eye.
 function wheel() {
   if (drawn) { view.scene.remove(drawn.lines); drawn.lines.geometry.dispose(); drawn = null; }
