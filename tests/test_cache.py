@@ -25,6 +25,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.value_codec import CodecError, from_bytes, to_bytes
 from tests import jobs
+from tests.coarse import coarse_facets
 
 
 @pytest.fixture
@@ -77,9 +78,10 @@ def test_a_step_file_gives_the_same_to_the_bit_and_needs_no_kernel(tmp_path: Pat
         '[correction]\nmethod = "drill"\n'
     )
     found = []
-    for name, more in (("none", ("--no-cache",)), ("fills", ()), ("uses", ())):
-        assert main_of("balance", tmp_path / "job.toml", "-o", tmp_path / name, "--no-report", *more) == 0
-        found.append(report_and_solid(tmp_path / name))
+    with coarse_facets():
+        for name, more in (("none", ("--no-cache",)), ("fills", ()), ("uses", ())):
+            assert main_of("balance", tmp_path / "job.toml", "-o", tmp_path / name, "--no-report", *more) == 0
+            found.append(report_and_solid(tmp_path / name))
     assert found[0][0] == found[1][0] == found[2][0]
     code = "import sys, autobalance as ab; ab.read_crank(sys.argv[1]); print('OCP' in sys.modules)"
     done = subprocess.run(
