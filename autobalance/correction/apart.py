@@ -109,6 +109,7 @@ class _Pieces:
 
 
 BAR_CORNERS = 2
+"""Corners of an envelope that is a bar: its two ends."""
 
 
 def _padded(corners: Array, count: int) -> Array:

@@ -45,6 +45,7 @@ MIN_AXIAL_COMPONENT = 1.0 - 1e-6
 DEPTH_SHARES = (1.0, 0.5)
 """Shares of the largest depth that pockets are placed for, if none fits for the first."""
 ROOM_RAD = math.radians(15.0)
+"""Angle of a piece of an envelope at most: its chord is off the arc by 0.9 % of the radius."""
 MIRROR = np.diag([1.0, -1.0, -1.0, 1.0])
 
 

@@ -28,8 +28,11 @@ OUTLINE_RADII = 1.02
 END = 0.02
 """Share of a pin's length at its ends where webs and fillets may begin."""
 BESIDE_MM = 0.1
+"""Length of neighbouring metal [mm] that a slice includes, so that none of its faces coincides with a cut."""
 LEVEL_MM = 1e-3
+"""Height difference [mm] of a triangle's corners up to which it is square to the axis: rounding of files."""
 LEAST_FACE_MM2 = 5.0
+"""Area of a flat face [mm²] from which on it ends a bore: the bottom of a hole of 2.5 mm."""
 INTO_MM = 0.002
 """Overlap of a pin's room with its webs', so that both are one: heights in files are rounded."""
 LEAST_MM3 = 0.5

@@ -91,6 +91,7 @@ def patches_of(
 
 
 WHOLE_SIDE_DEG = 179.0
+"""Angle from which on a sector is the whole heavy side, 180° but for rounding."""
 
 
 def part_name(sector_deg: Sequence[float] | None) -> str:
@@ -108,6 +109,7 @@ def face_heights(item: Item) -> str:
 
 
 SAME_SECTOR_DEG = 0.5
+"""Angle up to which sectors are the same: reports round theirs."""
 
 
 def is_kept_face(cut: FaceCut, item: Item) -> bool:

@@ -119,6 +119,7 @@ def listed_patch(limits: FaceLimits, name: str, sector_deg: Sequence[float] | No
 
 
 SAME_DEG = 1e-6
+"""Angle up to which two ends of sectors are one: rounding."""
 
 
 def share_a_part(one: Patch, other: Patch) -> bool:

@@ -111,3 +111,4 @@ def is_kept_hole(cut: HoleCut, item: Item) -> bool:
 
 
 SAME_MM = 1e-6
+"""Difference of two holes up to which they are the same: rounding of a report."""

@@ -12,6 +12,7 @@ from autobalance.units import MM_PER
 Series = Literal["mm", "inch", "letter", "number"]
 INCH_MM = MM_PER["inch"]
 SAME_MM = 1e-6
+"""Difference of two sizes up to which they are the same: rounding of inches."""
 LETTERS_IN = (
     *(0.234, 0.238, 0.242, 0.246, 0.250, 0.257, 0.261, 0.266, 0.272, 0.277, 0.281, 0.290, 0.295),
     *(0.302, 0.316, 0.323, 0.332, 0.339, 0.348, 0.358, 0.368, 0.377, 0.386, 0.397, 0.404, 0.413),

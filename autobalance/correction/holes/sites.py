@@ -33,12 +33,15 @@ GRIDS_DEG = (15.0, 5.0, 2.5, 1.25, 0.625, 0.3125, 0.078125)
 LEAST_PLACES = 3
 """Places that sectors hold at least, if need be of a finer grid."""
 ON_EDGE_DEG = 1e-9
+"""Angle up to which a place is on the edge of its sector: rounding."""
 ROUNDING_RAD = 1e-6
+"""Angle by which a place may be more oblique than permitted: rounding."""
 CLEAR_MM = 1.0
 """Distance outside the metal at which a tool body starts."""
 RIM_SHARE = 0.97
 """The rim is where the web reaches this share of its radius at that angle."""
 RAYS = 9
+"""Heights of a web at which its radius is taken, for the rim's two ends."""
 
 
 @dataclass(frozen=True, eq=False)

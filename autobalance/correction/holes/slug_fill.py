@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from autobalance.correction.holes.slug_limits import SlugLimits
 
 FLAT_BOTTOM_RAD = 0.5 * math.pi
+"""Half of the point angle of a hole with a flat bottom."""
 
 
 class PressedIn(WalledCut, ABC):

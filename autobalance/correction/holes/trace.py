@@ -41,9 +41,11 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 
 FLAT_RAD = 0.5 * math.pi
+"""Half of the point angle of a hole with a flat bottom."""
 _SURFACES: WeakKeyDictionary[Before, Surface] = WeakKeyDictionary()
 """Boundaries of cranks, for all of their holes."""
 G_PER_MM3_PER_KG_M3 = 1e-6
+"""Grams per cubic millimetre in one kilogram per cubic metre."""
 
 
 @dataclass(frozen=True)

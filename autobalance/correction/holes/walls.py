@@ -18,8 +18,11 @@ DEPTH_TOLERANCE_MM = 1e-3
 SLACK_MM = 2e-5
 """Rounding of float32 files at crank size; a wall may be thinner by this."""
 EQUAL_MM = 1e-9
+"""Difference of two depths that counts as none: rounding of double precision."""
 LEVELS = 30
+"""Halvings of a piece of surface at most; if it is not resolved then the bound counts, on the safe side."""
 MOST_PIECES = 400_000
+"""Pieces at a time at most, as their tables take memory; beyond it the bound counts likewise."""
 
 
 @dataclass(frozen=True)

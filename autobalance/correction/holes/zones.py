@@ -14,7 +14,9 @@ from autobalance.types import Array
 
 Zone = Literal["counterweights", "web", "anywhere"]
 ON_AXIS = 1e-9
+"""Length up to which a direction is none: rounding."""
 ON_EDGE_RAD = 1e-9
+"""Angle up to which a place is on the edge of its zone: rounding."""
 MOST_FILLET_SHARE = 0.25
 """Longest fillet, as a share of the radius of its cylinder."""
 FILLET_GRAIN = 1e-3

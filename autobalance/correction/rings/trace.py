@@ -39,9 +39,9 @@ BESIDE_MM = 0.25
 RING_MM = 0.05
 RING_SIDES = 360
 GRAINS_OF_RING = 32.0
+"""Thickness of a thin ring over a turned radius, its sides, and its least thickness in roundings."""
 EQUAL_AREA = equal_area(RING_SIDES)
-"""A thin ring over a turned radius, its sides, the least thickness in roundings, and the factor
-on its corners for a circle's area."""
+"""Factor on the ring's corners for a circle's area."""
 MAX_FLAP_AREA_SHARE = 0.01
 """Share by which the area of a turned surface may differ from that of the rings without flaps on it."""
 FLAP_SHARE = 0.25

@@ -17,6 +17,7 @@ TRIALS = (4, 24)
 """Circles tried through three corners spread over an outline, at first and if none of those is nearly whole;
 one whose three corners miss keyways, flats and oil holes is enough."""
 NEARLY_WHOLE = 0.97
+"""Share of an outline on a circle from which on no other is tried; keyways and oil holes have the rest."""
 ON_CIRCLE = 2e-4
 """Largest distance of a corner from its circle, as a share of the radius: rounding of a file's numbers and
 the ellipse that a slightly oblique section makes."""

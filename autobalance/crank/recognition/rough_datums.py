@@ -19,6 +19,7 @@ MIN_RADIAL_COMPONENT = 0.85
 BESIDE_MM = 0.3
 """They lie within this and four times the roughness of the surface that sections show."""
 MIN_TRIANGLES = 24
+"""Corners of a keyway at least: fewer leave walls and floor to chance."""
 WALL_PM, FLOOR_PM = 0.03, 0.06
 """Standard errors of a keyway's width and depth as shares of the triangles' edges, in addition to twice the
 roughness. Scans of 1.2 to 2.2 mm edges and waves of 0.02 to 0.05 mm were within three of them."""

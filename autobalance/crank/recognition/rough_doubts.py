@@ -14,6 +14,7 @@ CUT_SHARE = 0.12
 ONE_WAY, ONE_HEIGHT = 0.98, 2.0
 """Triangles are of one plane whose directions agree by this much and whose heights by so many mm."""
 EXAMPLE_RPM = 6000.0
+"""Speed [1/min] for which the grade is given as an example: no job is known here."""
 
 
 def cut_or_stand(mesh: Mesh, directions: Array) -> str:

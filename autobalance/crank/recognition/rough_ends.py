@@ -36,9 +36,11 @@ MAX_POINT_DISTANCE = (0.15, 4.0)
 CLOSES_RATIO = 0.9
 """A face that closes a cylinder comes nearer to its axis than this share of the radius."""
 FILLET_STEP_MM = 0.02
+"""Steps of the radii [mm] that are tried for a fillet: finer than a scan shows them."""
 SHARP_MM, OUTERMOST_SIGMAS = 0.05, 4.0
 """A bore goes on to a face that is less than this, and so many times the roughness, from its last points."""
 MIN_POINTS = 30
+"""Points at least in the corner between a cylinder and a face, for a radius to be fitted to them."""
 FILLET_PM = 0.03
 """Standard error of a fitted fillet's radius as a share of the triangles' edges, found by simulation."""
 

@@ -15,6 +15,7 @@ from autobalance.types import Array, Indices
 MIN_AXIAL_COMPONENT = 0.97
 """A triangle may belong to a plane square to the axis when its smoothed direction has this much along it."""
 BIN_MM = 0.05
+"""Height of a bin [mm] of the histogram of areas: as high as the least distance that planes may have."""
 LEAST_AREA_SHARE = 1.5e-3
 """Planes smaller than this share of the surface are of no use."""
 MAX_PLANE_DISTANCE = (4.0, 0.05)

@@ -24,6 +24,7 @@ MAX_AXIAL_COMPONENT = 0.25
 MAX_ROUGHNESS_RATIO = 2.5
 """Rims that are off a cylinder about the axis by more than so many times the roughness are left out."""
 MIN_TRIANGLES = 24
+"""Corners of a rim at least, for a cylinder to be fitted to them."""
 END_HEIGHT_SIGMA_SHARE = 0.5
 """Uncertainty of a web's end, as a share of the distance to another face that may be that end."""
 

@@ -14,6 +14,7 @@ OVAL_SHARE = 2e-3
 """Largest less smallest diameter, as a share of it, up to which a journal is round: ground ones are to
 1e-4, and a mesh that was scaled by mistake is out by percents."""
 OVAL_MM = 0.02
+"""... or up to this [mm], if that is more: of pins thinner than 10 mm."""
 NEAR_SHARE = 0.05
 """Largest distance of a journal's own corner from its radius, as a share of it."""
 LEAST_CORNERS, MOST_GAP_RAD = 8, 0.5 * math.pi

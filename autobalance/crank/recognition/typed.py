@@ -61,6 +61,7 @@ MEDIANS = 5.0
 """Largest distance from it of those that count in its fit, in medians; scattered ones all count."""
 HALVINGS = 8
 LEAST_VERTICES = 6
+"""Vertices of a cylinder at least: three make a circle, and as many show that it is one."""
 RINGS = (1e-2, 2e-3, 4e-4, 1e-4)
 """Widths of the ring in which most vertices are, one after the other, as shares of the radius."""
 LEAST_EXACT = 0.2

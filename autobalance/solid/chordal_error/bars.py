@@ -58,6 +58,7 @@ PLANE_SHARE = 2e-3
 its angle to the next face. It is half for a chord of an arc, a sixth for one of a clothoid. Flanks of two
 planes at 4° or 7° would otherwise pass as arcs in a mesh of 48 segments."""
 BOTH_SIDES = 2
+"""Neighbours into which a fillet goes over: a match of its three points is then no accident."""
 EITHER_SHARE = 1.05
 """Error bar of a surface that may as well be planes, as a share of its contribution: all of it."""
 NEARLY_TANGENT_RAD = 0.3

@@ -13,6 +13,7 @@ from autobalance.types import Array
 THREE_POINTS = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]]), np.full(3, 1.0 / 3.0)
 """Quadrature of degree 2 on a triangle: barycentric points and weights."""
 _A, _B = 0.445948490915965, 0.091576213509771
+"""Barycentric coordinates of the points of degree 4, Dunavant 1985."""
 SIX_POINTS = (
     np.array(
         [[1 - 2 * a if k == j else a for k in range(3)] for a in (_A, _B) for j in range(3)],
