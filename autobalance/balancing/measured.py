@@ -128,7 +128,7 @@ class Crank:
         """
         crank = self.weighed
         fit = crank.anatomy.scan
-        if fit is None or not fit.noise_by_reach:
+        if fit is None or not fit.noise:
             return None
         if crank.calibration is not None and crank.is_calibrated:
             return crank.calibration.mass_pm_g

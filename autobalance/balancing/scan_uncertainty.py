@@ -194,17 +194,16 @@ def _noise_covariance(surface: Patches, fit: ScanFit, levers: Array) -> Array:
     """Return the covariance of what noise does to each of the levers' sums (k, k)."""
     from scipy.spatial.distance import cdist  # not before: drawn cranks need no SciPy here
 
-    acting, wide = levers * surface.area, 2.0 * math.pi / np.maximum(surface.area, 1e-12)
+    acting = levers * surface.area
+    kernels = [(kernel, deviation) for kernel, deviation in fit.noise if deviation > 0.0]
     covariance = np.zeros((len(levers), len(levers)))
     for first in range(0, len(surface.area), AT_ONCE):  # each pair once: the other half is the transpose
         rows = slice(first, first + AT_ONCE)
         squared = cdist(surface.middle[rows], surface.middle[first:], "sqeuclidean")
         own = np.arange(len(squared))
-        for reach, deviation in fit.noise_by_reach:
-            if deviation == 0.0 or reach == 0.0:  # white noise of a million vertices is nothing
-                continue
-            alike = np.exp(squared * (-0.5 / reach**2))
-            alike[own, own] = np.minimum(1.0, wide[rows] * reach**2)
+        for kernel, deviation in kernels:
+            alike = kernel.likeness(squared)
+            alike[own, own] = kernel.share_of_mean(surface.area[rows])
             alike[:, : len(own)] *= 0.5  # pairs of these rows stand there twice
             half = deviation**2 * (acting[:, rows] @ alike @ acting[:, first:].T)
             covariance += half + half.T

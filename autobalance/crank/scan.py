@@ -10,6 +10,30 @@ from numpy.typing import NDArray
 from autobalance.types import Array
 
 
+@dataclass(frozen=True)
+class NoiseKernel:
+    """Correlation of a scan's errors over the distance d: exp(−½ d²/l²), or of waves l long, sin(k d)/(k d).
+
+    The second, with k = 2 π/l, is that of plane waves of any direction. Crests and troughs are equal: an area
+    of many waves hardly moves. By the first alone waves as long as a web counted four to ten times.
+    """
+
+    length_mm: float
+    is_wave: bool = False
+
+    def likeness(self, squared_mm2: Array) -> Array:
+        """Return the correlation at distances given by their squares [mm²]."""
+        if self.is_wave:
+            waves: Array = np.sinc(2.0 / self.length_mm * np.sqrt(squared_mm2))
+            return waves
+        return np.asarray(np.exp(squared_mm2 * (-0.5 / self.length_mm**2)))
+
+    def share_of_mean(self, area_mm2: Array) -> Array:
+        """Return the variance of the mean over areas, as a share of that at one place."""
+        reach = self.length_mm / (2.0 * np.pi) if self.is_wave else self.length_mm
+        return np.minimum(1.0, 2.0 * np.pi * reach**2 / np.maximum(area_mm2, 1e-12))
+
+
 @dataclass(frozen=True, eq=False)
 class ScannedCylinder:
     """A journal or crankpin as scanned: standard errors (``pm``), and its surface's distance from the fit.
@@ -70,8 +94,8 @@ class ScanFit:
     ----------
     roughness_mm : float
         Root mean square of the surface's distance from its fit.
-    noise_by_reach : tuple of (float, float)
-        Fields of errors correlated over a distance [mm]: that distance, and their standard deviation [mm].
+    noise : tuple of (NoiseKernel, float)
+        Fields of errors: how they are correlated, and their standard deviation [mm].
     axis_offset_mm, axis_angle_deg : float
         Standard errors of the crank axis: at the middle of the main journals, and of its direction.
     axis_middle_mm : float
@@ -86,7 +110,7 @@ class ScanFit:
     """
 
     roughness_mm: float
-    noise_by_reach: tuple[tuple[float, float], ...]
+    noise: tuple[tuple[NoiseKernel, float], ...]
     axis_offset_mm: float
     axis_angle_deg: float
     axis_middle_mm: float

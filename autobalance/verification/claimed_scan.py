@@ -26,7 +26,7 @@ def with_scan(claims: Claims, anatomy: Anatomy, mesh: Mesh) -> Anatomy:
     throws = claims.entries("crank.throws")
     fit = ScanFit(
         roughness_mm=float(claims.get("crank.roughness_mm", float)),
-        noise_by_reach=(),  # a stage's uncertainty is that of its reading
+        noise=(),  # a stage's uncertainty is that of its reading
         axis_offset_mm=float(claims.get("crank.axis_uncertainty.offset_mm", float)),
         axis_angle_deg=float(claims.get("crank.axis_uncertainty.angle_deg", float)),
         axis_middle_mm=0.0,

@@ -114,7 +114,7 @@ def scan_fit(fitted: FittedCrank, webs: Sequence[ScannedWeb]) -> ScanFit:
     squares = np.array([fit.rms_mm**2 for fit in fits])
     return ScanFit(
         math.sqrt(float(weights @ squares / weights.sum())),
-        noise.by_reach,
+        fitted.noise.fields,
         math.sqrt(float(max(np.linalg.eigvalsh(covariance[:2, :2])[-1], 0.0))),
         math.degrees(math.sqrt(float(max(np.linalg.eigvalsh(covariance[2:4, 2:4])[-1], 0.0)))),
         line.middle_mm - pins[0].run.z_mid,

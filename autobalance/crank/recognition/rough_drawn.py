@@ -21,7 +21,7 @@ from autobalance.crank.recognition.rough_fits import Region, fit_circle_along_z,
 from autobalance.crank.recognition.rough_runs import FACE_BLUR_STEPS, STEP_MM
 from autobalance.crank.recognition.scanned import fitted_crank, plane_faces, straight_along
 from autobalance.crank.recognition.section_stack import SectionStack, rotated
-from autobalance.crank.scan import ScanFit, ScannedCylinder, ScannedWeb
+from autobalance.crank.scan import NoiseKernel, ScanFit, ScannedCylinder, ScannedWeb
 from autobalance.errors import RecognitionError
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
@@ -127,7 +127,7 @@ def _unfitted(rough: RoughMesh, drawn: Anatomy) -> Anatomy:
     )
     fit = ScanFit(
         pm,
-        ((LONGEST_MM, pm),),
+        ((NoiseKernel(LONGEST_MM), pm),),
         pm,
         math.degrees(2.0 * pm / apart),
         0.5 * (max(places) + min(places)),

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from autobalance.crank.scan import NoiseKernel
 from autobalance.types import Array, Indices
 
 OUTLIER = 3.5
@@ -19,6 +20,10 @@ LEAST_IN_PLANE = 0.5
 """If the points near a plane represent less than this share of the area, points are counted by area. Faces of
 v-hacd's crank have few corners, and the many vertices of fine rounds next to them are all off."""
 ROUNDS = 5
+"""Fits, each without the outliers of the last: these tilt or move it at first."""
+WAVES_MM = (18.0, 25.6, 36.0, 51.2, 72.0, 102.0)
+"""Lengths of waves that a scan's surface may have besides. The largest faces of a crank are as wide as the
+longest: of longer ones they show nothing."""
 PATCHES = 220
 """Number of patches, about, over which a region's errors are averaged."""
 REACHES_MM = (0.8, 1.6, 3.2, 6.4, 12.8, 25.6, 51.2)
@@ -222,15 +227,20 @@ def _patches(fit: Fit, about: int = PATCHES) -> _Patches:
     )
 
 
+REACHES = tuple(NoiseKernel(reach) for reach in REACHES_MM)
+WAVES = (*REACHES[:-1], *(NoiseKernel(length, is_wave=True) for length in WAVES_MM))
+
+
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """Likeness of errors at two places: variances (b,) of fields of ``REACHES_MM``, and of white noise.
+    """Likeness of errors at two places: variances (b,) of fields with some ``kernels``, and of white noise.
 
     ``doubt`` (b, b) is the covariance of the variances' logarithms; None where they are known.
     """
 
     variances: Array
     doubt: Array | None = None
+    kernels: tuple[NoiseKernel, ...] = REACHES
 
     def of(self, fit: Fit) -> Array:
         """Return the covariance (k, k) of a fit's values, widened by what is uncertain of the noise."""
@@ -238,7 +248,7 @@ class Noise:
         solver = patches.solver
         parts = [
             variance * (solver @ basis @ solver.T)
-            for variance, basis in zip(self.variances, _bases(patches), strict=True)
+            for variance, basis in zip(self.variances, _bases(patches, self.kernels), strict=True)
         ]
         covariance: Array = np.sum(parts, axis=0)
         if self.doubt is None:
@@ -254,19 +264,18 @@ class Noise:
         return math.sqrt(max(float(self.of(fit)[0, 0]), 0.0))
 
     @property
-    def by_reach(self) -> tuple[tuple[float, float], ...]:
-        """Reach [mm] and standard deviation [mm] of each field, white noise (0) last."""
-        deviations = np.sqrt(np.maximum(self.variances, 0.0)).tolist()
-        return tuple(zip((*REACHES_MM, 0.0), deviations, strict=True))
+    def fields(self) -> tuple[tuple[NoiseKernel, float], ...]:
+        """Kernel and standard deviation [mm] of each field; white noise of a million vertices is nothing."""
+        deviations = np.sqrt(np.maximum(self.variances[:-1], 0.0)).tolist()
+        return tuple(zip(self.kernels, deviations, strict=True))
 
 
-def _bases(patches: _Patches) -> list[Array]:
-    away = patches.distances
-    alike = [np.exp(-0.5 * (away / reach) ** 2) for reach in REACHES_MM]
-    return [*alike, np.diag(1.0 / patches.counts)]
+def _bases(patches: _Patches, kernels: Sequence[NoiseKernel]) -> list[Array]:
+    squared = patches.distances**2
+    return [*(kernel.likeness(squared) for kernel in kernels), np.diag(1.0 / patches.counts)]
 
 
-def noise_of(fits: Sequence[Fit]) -> Noise:
+def noise_of(fits: Sequence[Fit], kernels: tuple[NoiseKernel, ...] = REACHES) -> Noise:
     """Return the noise of many fits together, from what of their residuals the fits could not remove.
 
     Restricted maximum likelihood of the fields' variances, refined by Fisher's scoring of their logarithms.
@@ -276,11 +285,11 @@ def noise_of(fits: Sequence[Fit]) -> Noise:
     H. D. Patterson, R. Thompson: Recovery of inter-block information when block sizes are unequal.
     Biometrika 58 (1971), 545-554.
     """
-    seen = [found for fit in fits if (found := _contrasts(fit)) is not None]
+    seen = [found for fit in fits if (found := _contrasts(fit, kernels)) is not None]
     typical = float(np.mean([left @ left / len(left) for left, _ in seen])) if seen else 0.0
-    count = len(REACHES_MM) + 1
+    count = len(kernels) + 1
     if typical <= 0.0:
-        return Noise(np.zeros(count))
+        return Noise(np.zeros(count), kernels=kernels)
     logs = np.full(count, math.log(typical / count))
     for _ in range(MOST_ROUNDS):
         slope, information = _likelihood(seen, np.exp(logs), typical)
@@ -290,10 +299,10 @@ def noise_of(fits: Sequence[Fit]) -> Noise:
         if np.abs(step).max() < STILL:
             break
     information = _likelihood(seen, np.exp(logs), typical)[1]
-    return Noise(np.exp(logs), np.asarray(np.linalg.inv(information), dtype=np.float64))
+    return Noise(np.exp(logs), np.asarray(np.linalg.inv(information), dtype=np.float64), kernels)
 
 
-def _contrasts(fit: Fit) -> tuple[Array, list[Array]] | None:
+def _contrasts(fit: Fit, kernels: Sequence[NoiseKernel]) -> tuple[Array, list[Array]] | None:
     """Return sums of residuals (c,) to which no change of a fit's values adds, with the fields' parts (c, c).
 
     None where the fit explains everything.
@@ -303,7 +312,7 @@ def _contrasts(fit: Fit) -> tuple[Array, list[Array]] | None:
     if len(patches.counts) <= rank:
         return None
     across = np.linalg.qr(patches.rows, mode="complete")[0][:, rank:].T
-    return across @ patches.residuals, [across @ basis @ across.T for basis in _bases(patches)]
+    return across @ patches.residuals, [across @ basis @ across.T for basis in _bases(patches, kernels)]
 
 
 def _likelihood(

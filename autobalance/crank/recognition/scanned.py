@@ -30,7 +30,7 @@ from autobalance.crank.recognition.rough_cylinders import (
 )
 from autobalance.crank.recognition.rough_datums import with_certain_datums
 from autobalance.crank.recognition.rough_ends import between_faces, with_ends, with_mouths
-from autobalance.crank.recognition.rough_fits import Fit, fit_line, noise_of
+from autobalance.crank.recognition.rough_fits import WAVES, Fit, fit_line, noise_of
 from autobalance.crank.recognition.rough_planes import rough_planes
 from autobalance.crank.recognition.rough_rims import with_rims
 from autobalance.crank.recognition.rough_runs import rough_runs, rough_stack
@@ -49,6 +49,9 @@ MIN_COVER = 0.45
 the scan take the rest."""
 MAX_RESIDUAL_RATIO = 3.0
 """A cylinder's residual is at most so many times that of the middle one."""
+LARGEST_PLANES = 8
+"""Number of plane faces, the largest, whose errors count for those of the whole surface: they show waves as
+long as a web, of which a journal shows a piece. More add time and little area."""
 STILL_MM = 0.02
 """The axis is refined until the ends of the crank move by less than this."""
 
@@ -151,7 +154,8 @@ def fitted_crank(
     planes = rough_planes(
         rough.mesh, long.vertices, normals, rough.at_vertex, min(rough.local_mm, CREDIBLE_MM)
     )
-    noise = noise_of([each.fit for each in (*journals, *pins)])
+    fits = [*(each.fit for each in (*journals, *pins)), *(plane.fit for plane in planes[:LARGEST_PLANES])]
+    noise = noise_of(fits, WAVES)
     sure = [(plane, noise.height_pm_mm(plane.fit)) for plane in planes]
 
     def ended(each: RoughCylinder, in_web: bool) -> RoughCylinder:
