@@ -21,7 +21,7 @@ export function setUp(model) {
   view = model;
   takeFiles(open);
   mount(Open, $("panel-open"));
-  on("forgotten", () => { opening++; view.clear(); doubts.value = []; chosen.value = { row: "", part: 0 }; });
+  on("forgotten", () => { $("panels").scrollTop = 0; if ($("other-crank")) $("other-crank").open = false; opening++; view.clear(); doubts.value = []; chosen.value = { row: "", part: 0 }; });
 }
 
 // --- the crank is looked at ---------------------------------------------------------------------------------
