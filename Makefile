@@ -103,6 +103,8 @@ bench: $(VENV)/.installed-dev
 	@$(VENV)/bin/python benchmarks/main_job.py
 	@echo "==> comparing inspect and balance with the floor, and with the last landed ratios"
 	@$(VENV)/bin/python benchmarks/against_floor.py
+	@echo "==> the same from 0.1 to 3 million triangles of one crank"
+	@$(VENV)/bin/python benchmarks/against_floor.py --growth --repeat 1
 	@echo "==> measuring the time to plan holes"
 	@$(VENV)/bin/python benchmarks/planning.py
 	@echo "==> measuring recognition beside weld and build"

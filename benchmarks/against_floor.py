@@ -3,9 +3,13 @@
     python benchmarks/against_floor.py [--repeat 3] [--only NAME ...] [--no-balance] [--growth] [--keep]
 
 The *floor* reads the bytes, welds, constructs the solid once, makes one cut, measures and writes, with the
-same libraries (``benchmarks/floor.py``). The cranks are generated; AUTOBALANCE_CRANKS=FOLDER adds its STL
-files, in mm. The commands run in turn, in one thread, and the least processor time (user and system) of
-``--repeat`` runs counts. So other work on the machine meets all alike: compare the ratios, not the seconds.
+same libraries (``benchmarks/floor.py``). The cranks are the bundled one with its own job, and generated ones
+with shoulders to lower; AUTOBALANCE_CRANKS=FOLDER adds its STL files, in mm. Each is drawn by a process of
+its own, so that the one that measures stays small: a child's peak of memory begins with its parent's.
+
+The commands run in turn, in one thread, without the cache of what was read before, and the least processor
+time (user and system) of ``--repeat`` runs counts. So other work on the machine meets all alike: compare the
+ratios, not the seconds.
 
 ``benchmarks/against_floor.json`` has the ratios of the last landed change. A ratio that is more than a tenth
 above its last one is marked, and the exit code is 1: the commit of such a change says why. ``--keep`` writes
@@ -19,6 +23,8 @@ import argparse
 import compileall
 import json
 import os
+import shutil
+import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable
@@ -28,17 +34,23 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "benchmarks")]
 
-from main_job import ENVIRONMENT, measured, write_stl  # noqa: E402
-from real_cranks import JOB  # noqa: E402
+from main_job import BUNDLED, ENVIRONMENT, measured  # noqa: E402
 
-from autobalance.drawn_cranks.design import preset  # noqa: E402
-from autobalance.drawn_cranks.generate import crank_shape  # noqa: E402
-from autobalance.solid.csg.shape import tessellated  # noqa: E402
-
-ENVIRONMENT.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1")
+ENVIRONMENT.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", AUTOBALANCE_CACHE_MB="0")
 ENVIRONMENT.pop("PYTHONDONTWRITEBYTECODE", None)
 LANDED = ROOT / "benchmarks" / "against_floor.json"
+DRAW = """
+import sys
+from pathlib import Path
+from autobalance.drawn_cranks.design import preset
+from autobalance.drawn_cranks.generate import crank_shape
+from autobalance.solid.csg.shape import tessellated
+from main_job import write_stl
+write_stl(Path("crank.stl"), tessellated(crank_shape(preset(sys.argv[1])), int(sys.argv[2])).mesh.corners)
+"""
+BUNDLED_NAME = "bundled, 16 k"
 CRANKS = {
+    BUNDLED_NAME: ("", 0),
     "single, 12 k": ("single", 128),
     "inline-4, 71 k": ("inline-4", 160),
     "inline-4, 102 k": ("inline-4", 200),
@@ -72,24 +84,40 @@ class Figures:
 
 
 def cranks(chosen: dict[str, tuple[str, int]], folder: Path) -> Iterable[tuple[str, int]]:
-    """Write each crank as crank.stl into a folder in turn; yield its name and number of triangles."""
+    """Write each crank and its job into a folder in turn; yield its name and number of triangles."""
+    from real_cranks import JOB
+
+    target = folder / "crank.stl"
     for name, (design, segments) in chosen.items():
-        mesh = tessellated(crank_shape(preset(design)), segments).mesh
-        write_stl(folder / "crank.stl", mesh.corners)
-        yield name, len(mesh.triangles)
+        (folder / "job.toml").write_text(JOB.format(pins="true", crankpin=""))
+        if design:
+            subprocess.run(
+                [sys.executable, "-c", DRAW, design, str(segments)],
+                check=True,
+                cwd=folder,
+                env=ENVIRONMENT | {"PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'benchmarks'}"},
+            )
+        else:
+            shutil.copyfile(BUNDLED / "crank.stl", target)
+            shutil.copyfile(BUNDLED / "factor-0.28.toml", folder / "job.toml")
+        yield name, _triangles(target)
     own = os.environ.get("AUTOBALANCE_CRANKS")
     for path in sorted(Path(own).glob("*.stl")) if own else ():
-        (folder / "crank.stl").write_bytes(path.read_bytes())
-        yield path.stem, (path.stat().st_size - 84) // 50
+        (folder / "job.toml").write_text(JOB.format(pins="true", crankpin=""))
+        shutil.copyfile(path, target)
+        yield path.stem, _triangles(target)
 
 
-def figures(folder: Path, triangles: int, repeat: int, balance: bool) -> Figures:
-    """Measure the floor and the commands on crank.stl in a folder, in turn."""
-    (folder / "job.toml").write_text(JOB.format(pins="true", crankpin=""))
+def _triangles(stl: Path) -> int:
+    return (stl.stat().st_size - 84) // 50
+
+
+def figures(folder: Path, triangles: int, repeat: int, balance: bool, words: list[str]) -> Figures:
+    """Measure the floor and the commands on crank.stl in a folder, in turn; `inspect` takes more words."""
     program = [sys.executable, str(ROOT / "cli.py")]
     commands = {
         "floor": [sys.executable, str(ROOT / "benchmarks" / "floor.py"), "crank.stl"],
-        "inspect": [*program, "inspect", "crank.stl", "--unit", "mm", "--json", "inspect.json"],
+        "inspect": [*program, "inspect", "crank.stl", "--unit", "mm", "--json", "inspect.json", *words],
     }
     if balance:
         commands["balance"] = [*program, "balance", "job.toml", "-o", "out"]
@@ -124,7 +152,8 @@ def main() -> int:
     print("crank | triangles | command | seconds | ÷ floor | landed | peak MB | ÷ floor | s per million")
     with tempfile.TemporaryDirectory() as folder:
         for name, triangles in cranks(chosen, Path(folder)):
-            found = figures(Path(folder), triangles, arguments.repeat, not arguments.no_balance)
+            words = ["--no-crankpin"] if name == BUNDLED_NAME else []
+            found = figures(Path(folder), triangles, arguments.repeat, not arguments.no_balance, words)
             ratios, before = found.ratios(), landed.get(name, {})
             for command, seconds in found.seconds.items():
                 share, last = ratios.get(command, 1.0), before.get(command)
