@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from autobalance.balancing.measured import Crank
-from autobalance.crank.against import AgainstDrawing, Aligned, aligned
+from autobalance.crank.against import Against, Aligned, aligned
 
 
-def against_drawing(
-    crank: Crank, drawing: Crank, file: str, alignment: Aligned | None = None
-) -> AgainstDrawing:
+def against_drawing(crank: Crank, drawing: Crank, file: str, alignment: Aligned | None = None) -> Against:
     """Hold a crank against another one; ``alignment`` is known where both were aligned before."""
     mesh = crank.source.solid.mesh
     if alignment is None:
@@ -21,7 +19,7 @@ def against_drawing(
     worst = int(order[-1])
     frame = crank.anatomy.file_to_rotor
     there = (alignment.turn[:3, :3] @ drawing.moments.first_g_mm)[:2]
-    return AgainstDrawing(
+    return Against(
         file,
         float(weights @ off),
         float(np.sqrt(weights @ off**2)),

@@ -30,7 +30,7 @@ from autobalance.solid.formats.read import Source
 from autobalance.types import Floats
 
 if TYPE_CHECKING:
-    from autobalance.crank.against import AgainstDrawing
+    from autobalance.crank.against import Against
 
 MIN_FILLED_SHARE = 0.05
 """Share of the box around a crankpin that even a hollow one fills."""
@@ -47,7 +47,7 @@ class ScannedBeside:
     file: Path | None
     crank: Crank
     added: Moments
-    against: AgainstDrawing
+    against: Against
 
 
 @dataclass(frozen=True, eq=False)

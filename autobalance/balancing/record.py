@@ -18,7 +18,7 @@ if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that t
     from autobalance.balancing.suggestions.wanted import Aim, Refused, Suggestion
     from autobalance.balancing.web_metal import WebMetal
     from autobalance.correction.contract import Correction
-    from autobalance.crank.against import AgainstDrawing
+    from autobalance.crank.against import Against
     from autobalance.crank.anatomy import Anatomy, Face
     from autobalance.crank.sections import Section, WebWeight
     from autobalance.job.model import ThrowOil
@@ -218,4 +218,4 @@ class Record:
     loaded: SectionTable | None = None
     present: float | Absent | None = ABSENT
     suggested: tuple[Aim, Sequence[Suggestion], Sequence[Refused]] | None = None
-    against: AgainstDrawing | None = None
+    against: Against | None = None

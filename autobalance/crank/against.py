@@ -9,10 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy
+from autobalance.declare import UNWRITTEN, NotNegative, Pair, Positive, Triple
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.roughness.estimate import vertex_areas
 from autobalance.types import Array, Indices
@@ -46,24 +48,23 @@ class Aligned:
 
 
 @dataclass(frozen=True, eq=False)
-class AgainstDrawing:
-    """Differences of a crank from another one, in its own rotor frame.
+class Against:
+    """Distances from the drawing's surface, outside positive, by area; differences are from it.
 
-    Distances are of its surface from the other's, outside positive, by area [mm]; ``distances_mm`` (n,) has
-    those of all its vertices. ``unbalance_g_mm`` (2,) is the other's, turned into this frame.
+    ``distances_mm`` (n,) are those of all vertices.
     """
 
     file: str
     mean_mm: float
-    rms_mm: float
-    p95_mm: float
+    rms_mm: NotNegative
+    p95_mm: Annotated[NotNegative, "95 % of the surface lies within"]
     worst_mm: float
-    worst_at_mm: Array
-    mass_g: float
-    unbalance_g_mm: Array
+    worst_at_mm: Triple
+    mass_g: Annotated[Positive, "the drawing's"]
+    unbalance_g_mm: Annotated[Pair, "the drawing's, in this crank's rotor frame"]
     mass_difference_g: float
-    unbalance_difference_g_mm: Array
-    distances_mm: Array
+    unbalance_difference_g_mm: Pair
+    distances_mm: Annotated[Array, UNWRITTEN]
 
 
 def aligned(mesh: Mesh, anatomy: Anatomy, other: Mesh, other_anatomy: Anatomy) -> Aligned:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
+
+from autobalance.declare import LAST, Angle, Positive, StandardError, derived
 
 End = Literal["-z", "+z"]
 """An end of the crank: what lies beyond its first web, or beyond its last."""
@@ -13,49 +15,49 @@ SAME_HOLE = 0.02
 
 @dataclass(frozen=True)
 class Keyway:
-    """A slot with two walls parallel to the axis in a shaft at an end of the crank.
+    """A slot along a shaft at an end of the crank; depth from the shaft's surface above it.
 
-    ``angle_deg`` is the middle of the slot, ``depth_mm`` counts from the shaft's surface above it; standard
-    errors (``pm``), here and below, are a scanned one's, None where it was drawn.
+    Its two walls are parallel to the axis. ``angle_deg`` is of its middle. Standard errors (``pm``), here and
+    below, are a scanned one's, None where it was drawn.
     """
 
     end: End
-    angle_deg: float
-    width_mm: float
-    depth_mm: float
-    shaft_diameter_mm: float
+    angle_deg: Angle
+    width_mm: Positive
+    depth_mm: Positive
+    shaft_diameter_mm: Positive
     z_min_mm: float
     z_max_mm: float
-    angle_pm_deg: float | None = None
-    width_pm_mm: float | None = None
-    depth_pm_mm: float | None = None
+    angle_pm_deg: StandardError = None
+    width_pm_mm: StandardError = None
+    depth_pm_mm: StandardError = None
 
 
 @dataclass(frozen=True)
 class FlangeHole:
-    """A hole of a flange, parallel to the axis."""
+    """A hole of a bolt circle."""
 
-    angle_deg: float
-    radius_mm: float
-    diameter_mm: float
-    angle_pm_deg: float | None = None
-    radius_pm_mm: float | None = None
-    diameter_pm_mm: float | None = None
+    angle_deg: Angle
+    radius_mm: Positive
+    diameter_mm: Positive
+    angle_pm_deg: StandardError = None
+    radius_pm_mm: StandardError = None
+    diameter_pm_mm: StandardError = None
 
 
 @dataclass(frozen=True)
 class Flange:
-    """A disc beyond an outermost main journal and larger than it, or one with a bolt circle.
+    """A disc at an end of the crank, its outer face (null: not plane) and its bolt circle.
 
-    ``face_z_mm`` is its face that looks away from the crank; None where that is not plane.
+    It lies beyond an outermost main journal and is larger than it, or it has a bolt circle.
     """
 
     end: End
-    diameter_mm: float
+    diameter_mm: Positive
     face_z_mm: float | None
     holes: tuple[FlangeHole, ...]
-    diameter_pm_mm: float | None = None
-    face_z_pm_mm: float | None = None
+    diameter_pm_mm: StandardError = None
+    face_z_pm_mm: StandardError = None
 
     @property
     def marker_hole(self) -> FlangeHole | None:
@@ -75,28 +77,36 @@ def _from_zero(hole: FlangeHole) -> float:
 
 
 @dataclass(frozen=True)
-class MachinedFace:
-    """A plane face square to the axis that a gauge can touch."""
+class DatumFace:
+    """A plane face square to the axis, from which z is measured."""
 
     of: Literal["flange", "web", "end"]
     name: str
     z_mm: float
-    z_pm_mm: float | None = None
+    z_pm_mm: StandardError = None
+
+
+@dataclass(frozen=True)
+class DatumAngle:
+    """Datum of the angles besides crankpin 1, and its own angle."""
+
+    of: Literal["keyway", "flange_hole"]
+    angle_deg: Angle
 
 
 @dataclass(frozen=True)
 class Datums:
-    """Keyways, flanges and the faces from which z can be measured, the best first; any may be missing."""
+    """Datums for setting up the crank, faces the best first; null or empty without any."""
 
     keyways: tuple[Keyway, ...] = ()
     flanges: tuple[Flange, ...] = ()
-    faces: tuple[MachinedFace, ...] = ()
+    faces: Annotated[tuple[DatumFace, ...], LAST] = ()
 
-    @property
-    def angle(self) -> tuple[Literal["keyway", "flange_hole"], float] | None:
-        """Feature from which angles count, and its angle [deg]: the longest keyway, else a flange's hole."""
+    @derived
+    def angle(self) -> DatumAngle | None:
+        """Return the longest keyway, else a flange's hole."""
         if self.keyways:
             longest = max(self.keyways, key=lambda key: round(key.z_max_mm - key.z_min_mm, 3))
-            return "keyway", longest.angle_deg
+            return DatumAngle("keyway", longest.angle_deg)
         holes = [flange.marker_hole for flange in self.flanges]
-        return next((("flange_hole", hole.angle_deg) for hole in holes if hole is not None), None)
+        return next((DatumAngle("flange_hole", hole.angle_deg) for hole in holes if hole is not None), None)

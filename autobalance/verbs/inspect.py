@@ -32,7 +32,7 @@ from autobalance.verbs.result import VerbResult
 
 if TYPE_CHECKING:
     from autobalance.balancing.suggestions.wanted import Aim, Refused, Suggestion
-    from autobalance.crank.against import AgainstDrawing
+    from autobalance.crank.against import Against
     from autobalance.crank.anatomy import Face
     from autobalance.report.records.report import Report
 
@@ -44,7 +44,7 @@ class InspectResult(VerbResult):
     content: Report
     crank: Crank
     faces: tuple[Face, ...]
-    against: AgainstDrawing | None = None
+    against: Against | None = None
     job: Job | None = None
 
     def text(self, units: str = "metric") -> str:
@@ -187,7 +187,7 @@ def inspect(
     return InspectResult(Report.of(record), crank, offered, held, of_options)
 
 
-def _held_against(crank: Crank, against: Crank | str | Path) -> AgainstDrawing:
+def _held_against(crank: Crank, against: Crank | str | Path) -> Against:
     """Compare a crank with its CAD model, in the same unit if the model's format carries no unit."""
     from autobalance.balancing.against import against_drawing
 

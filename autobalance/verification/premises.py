@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
 
@@ -25,7 +25,8 @@ from autobalance.crank.anatomy import (
     Throw,
     Web,
 )
-from autobalance.crank.datums import Datums, Flange, FlangeHole, Keyway, MachinedFace
+from autobalance.crank.datums import Datums
+from autobalance.declare import decoded
 from autobalance.errors import ClaimError, FormatError, JobError
 from autobalance.job import Job
 from autobalance.job.model import ThrowOil
@@ -181,45 +182,11 @@ def _datums(claims: Claims) -> Datums | None:
     """Return keyways, flanges and machined faces as a report lists them; None where it lists no datums."""
     if claims.get("crank.datums", object) is None:
         return None
-    part_of = claims.at("crank.datums", claims.get("crank.datums", dict))
-    keys = [
-        Keyway(end=_end(part), **_lengths(part, *KEYWAY), **_errors(part, Keyway))
-        for part in part_of.entries("keyways")
-    ]
-    flanges = []
-    for part in part_of.entries("flanges"):
-        height = part.values.get("face_z_mm")
-        holes = tuple(
-            FlangeHole(**_lengths(hole, *FLANGE_HOLE), **_errors(hole, FlangeHole))
-            for hole in part.entries("holes")
-        )
-        face_z = None if height is None else float(part.get("face_z_mm", float))
-        diameter = float(part.get("diameter_mm", float))
-        flanges.append(Flange(_end(part), diameter, face_z, holes, **_errors(part, Flange)))
-    faces = []
-    for part in part_of.entries("faces"):
-        of: Any = _one_of(part, "of", ("flange", "web", "end"))
-        z = float(part.get("z_mm", float))
-        faces.append(MachinedFace(of, part.get("name", str), z, **_errors(part, MachinedFace)))
-    return Datums(tuple(keys), tuple(flanges), tuple(faces))
-
-
-KEYWAY = ("angle_deg", "width_mm", "depth_mm", "shaft_diameter_mm", "z_min_mm", "z_max_mm")
-FLANGE_HOLE = ("angle_deg", "radius_mm", "diameter_mm")
-
-
-def _lengths(claims: Claims, *keys: str) -> dict[str, float]:
-    return {key: float(claims.get(key, float)) for key in keys}
-
-
-def _errors(claims: Claims, datum: type[Any]) -> dict[str, float]:
-    """Return the standard errors of a datum's values; empty unless the crank was scanned."""
-    names = (each.name for each in fields(datum))
-    return _lengths(claims, *(name for name in names if "_pm_" in name and name in claims.values))
-
-
-def _end(claims: Claims) -> Any:
-    return _one_of(claims, "end", ("-z", "+z"))
+    try:
+        found = decoded(Datums, claims.get("crank.datums", dict))
+    except ValueError as error:
+        raise FormatError(f"{claims.name}: crank.datums{error}") from None
+    return Datums(found.keyways, found.flanges, found.faces)  # the angle follows: a claim, no premise
 
 
 def _one_of(claims: Claims, key: str, allowed: Sequence[str]) -> str:

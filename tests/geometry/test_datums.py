@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from autobalance.crank.anatomy import Overrides
-from autobalance.crank.datums import Datums
+from autobalance.crank.datums import DatumAngle, Datums
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.solid.csg.region import Region
@@ -49,7 +49,7 @@ def test_keyway_and_flange_of_a_drawn_crank_that_lies_anywhere() -> None:
     top = crank.mesh.moved(recognise(crank.solid, Overrides()).file_to_rotor).bounds[1, 2]
     assert found.faces[0].of == "flange"
     assert found.faces[0].z_mm == pytest.approx(top, abs=1e-3)
-    assert found.angle == ("keyway", key.angle_deg)
+    assert found.angle == DatumAngle("keyway", key.angle_deg)
 
 
 def test_without_a_keyway_the_odd_hole_of_the_flange_is_told() -> None:
@@ -65,8 +65,8 @@ def test_without_a_keyway_the_odd_hole_of_the_flange_is_told() -> None:
     back = crank.mesh.bounds[1, 2] - 6.0
     found = datums_of(crank.solid - wider.above(float(back) - 6.0))
     assert found.angle is not None
-    assert found.angle[0] == "flange_hole"
-    assert found.angle[1] == pytest.approx(180.0, abs=1e-3)
+    assert found.angle.of == "flange_hole"
+    assert found.angle.angle_deg == pytest.approx(180.0, abs=1e-3)
     assert len(found.flanges[0].holes) == 6
 
 

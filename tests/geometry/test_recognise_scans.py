@@ -17,10 +17,10 @@ from autobalance.crank.recognition.rough_runs import rough_stack
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.crank.recognition.webs import _without_ragged
 from autobalance.crank.scan import ScanFit
+from autobalance.declare import encoded
 from autobalance.drawn_cranks.axial_plan import axial_plan
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.errors import RecognitionError
-from autobalance.report.records.datums import Datums as DatumRecords
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
 from autobalance.solid.roughness.estimate import DRAWN, SCANNED, flat_share, local_roughness_mm
@@ -213,7 +213,7 @@ def test_a_scanned_flange_is_found_with_its_face_and_its_holes() -> None:
         assert abs(hole.radius_mm - 29.0) < SURE * (hole.radius_pm_mm or 0.0) < 0.3
         assert abs(hole.diameter_mm - 8.5) < SURE * (hole.diameter_pm_mm or 0.0) < 0.6
     assert all((face.z_pm_mm or 0.0) > 0.0 for face in found.datums.faces)
-    assert DatumRecords.of(found.datums).flanges[0].face_z_pm_mm == flange.face_z_pm_mm
+    assert encoded(found.datums)["flanges"][0]["face_z_pm_mm"] == flange.face_z_pm_mm
     heights = {face.of: face.z_mm for face in found.datums.faces}
     assert heights["flange"] == flange.face_z_mm
 

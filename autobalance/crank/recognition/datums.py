@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from autobalance.crank.anatomy import Web
-from autobalance.crank.datums import Datums, End, Flange, FlangeHole, Keyway, MachinedFace
+from autobalance.crank.datums import DatumFace, Datums, End, Flange, FlangeHole, Keyway
 from autobalance.crank.recognition.circles import Circle, corners_of, distances, following, preceding
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.rough_keyways import rough_keyway
@@ -356,10 +356,10 @@ def _distant_level(zone: _Zone, z_mm: float) -> float | None:
 
 def _machined_faces(
     long: SectionStack, flanges: Sequence[Flange], webs: Sequence[Web], shift: float
-) -> list[MachinedFace]:
+) -> list[DatumFace]:
     """Return flanges' faces, then the outermost webs', then the crank's ends, where they are plane."""
     faces = [
-        MachinedFace("flange", f"flange face at the {flange.end} end", flange.face_z_mm)
+        DatumFace("flange", f"flange face at the {flange.end} end", flange.face_z_mm)
         for flange in flanges
         if flange.face_z_mm is not None
     ]
@@ -377,5 +377,5 @@ def _machined_faces(
         rough = long.blur_mm > 0.0 and len(off) > 0  # the farthest point of a rough face is none of its plane
         height = float(long.levels_mm[int(np.argmin(off))]) if rough else farthest
         if np.any(off < grain) and all(abs(height + shift - other) > grain for other in known):
-            faces.append(MachinedFace(of, name, height + shift))
+            faces.append(DatumFace(of, name, height + shift))
     return faces

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
+from autobalance.crank.against import Against
+from autobalance.crank.datums import Datums
 from autobalance.declare import ABSENT, present
 from autobalance.report.display_units import DisplayUnits
-from autobalance.report.records.against import Against
 from autobalance.report.records.crank import Crank, Journal
-from autobalance.report.records.datums import Datums
 from autobalance.report.records.scan import Calibration
 
 MM_PER_UM = 1e-3

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from autobalance.balancing.sections import section, sections_in
+from autobalance.crank.against import Against
 from autobalance.declare import decoded
 from autobalance.quantities import g
 from autobalance.report.balance.cuts_text import corrections_text, cut_rows
@@ -14,7 +15,6 @@ from autobalance.report.balance.headline import headline, why
 from autobalance.report.balance.scan_text import against_text
 from autobalance.report.balance.zero import Zero, ZeroChoice
 from autobalance.report.display_units import DisplayUnits, in_units
-from autobalance.report.records.against import Against
 from autobalance.report.tables import table
 from autobalance.report.wrapping import whole
 from autobalance.types import Values

@@ -15,7 +15,7 @@ from autobalance.types import Array
 
 if TYPE_CHECKING:
     from autobalance.balancing.measured import Crank
-    from autobalance.crank.against import AgainstDrawing
+    from autobalance.crank.against import Against
 
 STOPS = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
 COLOURS = np.array(
@@ -30,7 +30,7 @@ VIEW_PIXELS = 600, 800
 SCALE_PIXELS = (360, 16)
 
 
-def surface_image(crank: Crank, held: AgainstDrawing | None = None) -> Image | None:
+def surface_image(crank: Crank, held: Against | None = None) -> Image | None:
     """Return a picture of a scan in the colours of its distance from its own surfaces, or from its drawing.
 
     ``held`` is the comparison with a drawing; None: that of the scan beside the drawing, if there is one. None

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from autobalance.crank.anatomy import CylinderKind, CylinderRole, DoubtSubject
+from autobalance.crank.datums import Datums
 from autobalance.crank.recognition.alignment import run_outs_mm
 from autobalance.declare import (
     ABSENT,
@@ -23,7 +24,6 @@ from autobalance.declare import (
     Triple,
     record,
 )
-from autobalance.report.records.datums import Datums
 from autobalance.report.records.scan import (
     AxisUncertainty,
     Calibration,
@@ -389,7 +389,7 @@ class Crank:
             doubts=[Doubt.of(each) for each in anatomy.doubts],
             journal_misalignment_mm=anatomy.journal_misalignment_mm,
             facet_error=None if error is None else FacetError.of(error),
-            datums=None if anatomy.datums is None else Datums.of(anatomy.datums),
+            datums=anatomy.datums,
             scanned=None
             if scan is None
             else ScannedSurface(

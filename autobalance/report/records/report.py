@@ -12,6 +12,7 @@ import numpy as np
 from autobalance.balancing.sections import section_types
 from autobalance.balancing.web_metal import weak_places
 from autobalance.correction import KINDS
+from autobalance.crank.against import Against
 from autobalance.declare import (
     ABSENT,
     INLINE,
@@ -30,7 +31,6 @@ from autobalance.declare import (
     record,
 )
 from autobalance.quantities import Text, listed
-from autobalance.report.records.against import Against
 from autobalance.report.records.balance import (
     BalanceFactor,
     Counterweight,
@@ -352,7 +352,7 @@ class Report:
             present=record.present,
             with_bob_weights=ABSENT if record.loaded is None else WithBobWeights.of(record.loaded),
             suggestions=ABSENT if record.suggested is None else Suggestions.of(*record.suggested),
-            against=ABSENT if record.against is None else Against.of(record.against),
+            against=ABSENT if record.against is None else record.against,
             faces=_faces(record),
             **({} if balanced is None else _balanced(balanced, record)),
         )
