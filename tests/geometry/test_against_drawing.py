@@ -92,4 +92,6 @@ def test_a_crank_against_itself_differs_by_nothing(folder: Path) -> None:
     against = ab.inspect(crank, against=crank).report["against"]
     assert against["rms_mm"] < 0.01
     assert against["mass_difference_g"] == 0.0
-    assert Solid.from_mesh(crank.measured.source.solid.mesh).volume_mm3 == pytest.approx(crank.volume_mm3, rel=1e-14)
+    assert Solid.from_mesh(crank.measured.source.solid.mesh).volume_mm3 == pytest.approx(
+        crank.volume_mm3, rel=1e-14
+    )
