@@ -27,7 +27,7 @@ LONGEST_NAME = 80
 
 @dataclass(frozen=True)
 class KnownCrank:
-    """What is known of a crank's file beside the file.
+    """Facts about a crank's file beside the file.
 
     ``name`` is a user's for it, "" for the file's own; ``scaled_from`` the file that it was scaled from by
     ``factor`` for a stroke of ``stroke_mm``, "" where it was not.
@@ -40,7 +40,7 @@ class KnownCrank:
 
 
 def known_cranks(project: Project) -> dict[str, KnownCrank]:
-    """Return what is known of the project's cranks, by their files: named, scaled, or with a job kept."""
+    """Return the facts about the project's cranks, by their files: named, scaled, or with a job kept."""
     path = _path(project)
     told = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
     jobs = (each.name.removesuffix(".toml") for each in kept_jobs(project).glob("*.toml"))
@@ -55,7 +55,7 @@ def kept_jobs(project: Project) -> Path:
 
 
 def keep_crank(project: Project, file: str, crank: KnownCrank) -> None:
-    """Keep what is known of one crank; the file is whole at any time."""
+    """Keep the facts about one crank; the file is whole at any time."""
     kept = {name: asdict(each) for name, each in {**known_cranks(project), file: crank}.items()}
     waiting = _path(project).with_suffix(".part")
     waiting.write_text(json.dumps(kept, ensure_ascii=False), encoding="utf-8")
@@ -67,12 +67,12 @@ def _path(project: Project) -> Path:
 
 
 def scaled_crank(project: Project, file: str, factor: float, stroke_mm: float) -> str:
-    """Write a crank's triangles times ``factor`` as a file of its own in mm; return its name.
+    """Write a crank's triangles times ``factor`` as a separate file in mm; return its name.
 
     Raises
     ------
     FormatError
-        If the file has a unit of its own, or is not one.
+        If the file has its own unit, or is not one.
     """
     from autobalance.solid.formats.gltf import file_bytes
     from autobalance.solid.formats.registry import format_of, needs_unit
@@ -95,7 +95,7 @@ def scaled_crank(project: Project, file: str, factor: float, stroke_mm: float) -
 
 
 def copied_crank(project: Project, file: str) -> str:
-    """Copy a crank's file under a name of its own; return that. It is called as the crank, with a number."""
+    """Copy a crank's file under a new name; return that. It is called as the crank, with a number."""
     known, path = known_cranks(project), project.folder / file
     number = 2
     while (target := project.folder / f"{path.stem}-{number}{path.suffix}").exists():
@@ -120,11 +120,11 @@ class CrankNames:
         ]
 
     def told(self) -> dict[str, dict[str, str | float]]:
-        """Return what is known of the cranks, as the page has it."""
+        """Return the facts about the cranks, as the page has them."""
         return {name: asdict(each) for name, each in known_cranks(self._project).items()}
 
     async def read(self, _: Request) -> Response:
-        """Return what is known of the project's cranks."""
+        """Return the facts about the project's cranks."""
         return JSONResponse({"cranks": self.told()})
 
     async def rename(self, request: Request) -> Response:

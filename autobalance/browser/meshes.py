@@ -63,7 +63,7 @@ def crank_mesh(mesh: Mesh, anatomy: Anatomy, faces: Sequence[Face], others: Sequ
 
 
 def _coloured(anatomy: Anatomy) -> dict[str, list[list[float]]]:
-    """Return where the parts with colours of their own are, rotor frame [mm].
+    """Return the places of the parts that have separate colours, rotor frame [mm].
 
     Journals and crankpins: x, y, z of the centre, radius, width; webs with counterweights: z from and to, and
     the direction (2,) away from the crankpin, in which the counterweight begins at the crank axis.

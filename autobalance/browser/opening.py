@@ -122,7 +122,7 @@ def duplicate_crank(project: Project) -> str:
 
 
 def _kept_job(project: Project, crank: str) -> Path:
-    """Return where the last job of a crank is kept while another one is open."""
+    """Return the file that keeps the last job of a crank while another one is open."""
     return kept_jobs(project) / f"{crank}.toml"
 
 

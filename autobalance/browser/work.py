@@ -150,7 +150,7 @@ def _read(table: Asked, place: Place, notify: Progress) -> Crank:
 
 
 def _scale(request: Asked, place: Place, notify: Progress) -> int:
-    """Write the file of a crank scaled to the stroke that somebody knows; the file of before stays."""
+    """Write the file of a crank scaled to a known stroke; the earlier file stays."""
     from autobalance.browser.cranks import scaled_crank
 
     notify("scaling", 0.1)

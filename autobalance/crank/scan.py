@@ -15,7 +15,7 @@ class NoiseKernel:
     """Correlation of a scan's errors over the distance d: exp(−½ d²/l²), or of waves l long, sin(k d)/(k d).
 
     The second, with k = 2 π/l, is that of plane waves of any direction. Crests and troughs are equal: an area
-    of many waves hardly moves. By the first alone waves as long as a web counted four to ten times.
+    of many waves moves little. By the first alone waves as long as a web counted four to ten times.
     """
 
     length_mm: float

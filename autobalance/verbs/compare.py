@@ -125,7 +125,7 @@ def compared(
 
 
 def _done_before() -> tuple[tuple[str, float], ...]:
-    """Return the share behind at the beginning of each kind and mix, longer names first: they begin alike."""
+    """Return the share behind at the beginning of each kind and mix, longer names first, as they have the same beginning."""
     every = ["+".join(names) for names in mixes()]
     shares = [
         (f"trying {name}", READ_BEFORE + (1.0 - READ_BEFORE) * k / len(every)) for k, name in enumerate(every)

@@ -91,7 +91,7 @@ def patches_of(
 
 
 WHOLE_SIDE_DEG = 179.0
-"""Angle from which on a sector is the whole heavy side, 180° but for rounding."""
+"""Angle from which on a sector is the whole heavy side, 180° except for rounding."""
 
 
 def part_name(sector_deg: Sequence[float] | None) -> str:

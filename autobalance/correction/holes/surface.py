@@ -23,7 +23,7 @@ CONTINUATION_RAD = math.radians(40.0)
 BLOCK = 256
 """Triangles of a block: neighbours in the mesh's order, so that one box rules out all that a line misses."""
 SAMPLES = 2000
-"""Number of triangles, about, that a hole is held against first: most places are ruled out by these."""
+"""Number of triangles, about, that a hole is compared with first: these exclude most places."""
 BESIDE_MM = 1e-3
 """A line meets no triangle that stays further away from it than this; ample for rounding."""
 

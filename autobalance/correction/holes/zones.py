@@ -14,7 +14,7 @@ from autobalance.types import Array
 
 Zone = Literal["counterweights", "web", "anywhere"]
 ON_AXIS = 1e-9
-"""Length up to which a direction is none: rounding."""
+"""Length up to which a direction counts as zero, for rounding."""
 ON_EDGE_RAD = 1e-9
 """Angle up to which a place is on the edge of its zone: rounding."""
 MOST_FILLET_SHARE = 0.25

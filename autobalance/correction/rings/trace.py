@@ -39,7 +39,7 @@ BESIDE_MM = 0.25
 RING_MM = 0.05
 RING_SIDES = 360
 GRAINS_OF_RING = 32.0
-"""Thickness of a thin ring over a turned radius, its sides, and its least thickness in roundings."""
+"""Thickness of a thin ring over a turned radius, its sides, and its smallest thickness in roundings."""
 EQUAL_AREA = equal_area(RING_SIDES)
 """Factor on the ring's corners for a circle's area."""
 MAX_FLAP_AREA_SHARE = 0.01

@@ -42,7 +42,7 @@ WALL_SHARE = 0.4
 FLAT_FLOOR = 0.3
 """A keyway's floor is flat except for this share of its depth."""
 SAME_ANGLE_RAD = math.radians(1.0)
-"""... and their middles stand at the same angle, up to this [rad]."""
+"""... and their middles are at the same angle, up to this [rad]."""
 SAME_WIDTH = 0.03
 """Sections show one keyway when their slots differ by less than this."""
 ONE_WAY = math.cos(math.radians(2.5))

@@ -51,7 +51,7 @@ MAX_RESIDUAL_RATIO = 3.0
 """A cylinder's residual is at most so many times that of the middle one."""
 LARGEST_PLANES = 8
 """Number of plane faces, the largest, whose errors count for those of the whole surface: they show waves as
-long as a web, of which a journal shows a piece. More add time and little area."""
+long as a web. A journal shows a piece of these. More add time and little area."""
 STILL_MM = 0.02
 """The axis is refined until the ends of the crank move by less than this."""
 

@@ -13,7 +13,7 @@ from autobalance.wording import degrees
 ZeroChoice = Literal["keyway", "crankpin"]
 CRANKPIN, KEYWAY, HOLE = "crankpin 1", "keyway K", "hole H"
 SIGNS = {CRANKPIN: "P1", KEYWAY: "K", HOLE: "H"}
-"""How a zero is written beside an angle."""
+"""Text of a zero beside an angle."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Zero:
 
     @property
     def sign(self) -> str:
-        """How it is written beside an angle."""
+        """Return its text beside an angle."""
         return SIGNS[self.name]
 
     def ccw(self, angle_deg: float) -> float:

@@ -75,7 +75,7 @@ def drawn(
 
 
 def _place(vector: Sequence[float], per: float, turn: float) -> tuple[float, float]:
-    """Return where a vector ends in the drawing: at the rim where it is longer."""
+    """Return a vector's end in the drawing: at the rim where it is longer."""
     angle, length = math.atan2(vector[1], vector[0]) - turn, min(per * math.hypot(*vector), RIM)
     return MIDDLE - length * math.sin(angle), MIDDLE - length * math.cos(angle)
 

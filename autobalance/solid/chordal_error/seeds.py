@@ -151,7 +151,7 @@ def adopt_parted_facets(look: Look, surfaces: list[Revolved], surface_of: Indice
     """Assign to sure surfaces the free facets that have all corners exactly on them; return whether any has.
 
     Where a hole opens into a journal the CAD kernel lays slender triangles from its rim to the ends of the
-    journal. They meet at small angles, and hide hundreds of times what these show: a surface of their own is
+    journal. They meet at small angles, and hide hundreds of times what these show: their own surface is
     dropped as false. That was 4 % of what the journal hides, and twice the error bar.
     """
     tight = tight_mm(look)

@@ -1,4 +1,4 @@
-"""Steep chords of a large mesh, as of a fillet in two to four rows, from the angles on both their sides.
+"""Steep chords of a large mesh, as in a fillet of two to four rows, from the angles on both their sides.
 
 A chord of an arc that turns by τ over it hides w² (τ − sin τ) / (8 sin² τ/2) for each millimetre of its
 length. Between two chords τ is the angle between them, shared by their widths. Between a chord and a plane
@@ -44,7 +44,7 @@ class _Ends:
     turn_rad : (2, count) float
         From the side in that direction and from the other, signed; zero without one.
     both : (count,) bool
-        Marks the faces that both sides tell of, alike in sign.
+        Marks the faces with turns of one sign on both sides.
     plane : (2, count) bool
         Marks the ends at a plane, or at a facet that is much wider.
     """

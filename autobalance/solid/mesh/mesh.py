@@ -100,7 +100,7 @@ class Mesh:
 
     @cached_property
     def twin_sides(self) -> NDArray[np.int32] | None:
-        """For each side 3 t + corner of the mesh, the other one on its edge (3 m,); None as of `twins`."""
+        """For each side 3 t + corner of the mesh, the other one on its edge (3 m,); None like `twins`."""
         if self.twins is None:
             return None
         up, down = self.twins

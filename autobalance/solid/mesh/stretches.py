@@ -18,7 +18,7 @@ millisecond, and in four by their heights."""
 
 @dataclass(frozen=True, eq=False)
 class Stretches:
-    """The least and the greatest height (m,) of each triangle [mm]."""
+    """The smallest and the largest height (m,) of each triangle [mm]."""
 
     least: Array
     greatest: Array
