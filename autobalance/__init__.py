@@ -17,8 +17,8 @@ PUBLIC = {
     "BalanceResult": "verbs.balance",
     "Crank": "verbs.crank",
     "Job": "job.read",
-    "crank_from_mesh": "verbs.crank_in_memory",
-    "crank_from_shape": "verbs.crank_in_memory",
+    "crank_from_mesh": "verbs.crank",
+    "crank_from_shape": "verbs.crank",
     "read_crank": "verbs.crank",
     "read_job": "verbs.job",
     **registry.functions(),
@@ -59,9 +59,9 @@ if TYPE_CHECKING:
     from autobalance.verbs.balance import balance as balance
     from autobalance.verbs.compare import compare as compare
     from autobalance.verbs.crank import Crank as Crank
+    from autobalance.verbs.crank import crank_from_mesh as crank_from_mesh
+    from autobalance.verbs.crank import crank_from_shape as crank_from_shape
     from autobalance.verbs.crank import read_crank as read_crank
-    from autobalance.verbs.crank_in_memory import crank_from_mesh as crank_from_mesh
-    from autobalance.verbs.crank_in_memory import crank_from_shape as crank_from_shape
     from autobalance.verbs.init import init as init
     from autobalance.verbs.inspect import inspect as inspect
     from autobalance.verbs.job import read_job as read_job

@@ -234,7 +234,7 @@ FILES: Final = {
     "trials": "test_stands.influence.input:TRIALS_KEYS",
     "machine": "test_stands.machine.input:MACHINE_KEYS",
     "machine-tool-file": "machining.input:MACHINE_TOOL_KEYS",
-    "crank-file": "drawn_cranks.keys:CRANK_FORMS",
+    "crank-file": "drawn_cranks.input:CRANK_FORMS",
     "bearing-file": "engines.bearings.keys:BEARING_FORMS",
     "rotor-file": "crank_dynamics.rotor.input:ROTOR",
     "chain-file": "crank_dynamics.torsion.chain_input:CHAIN",
@@ -242,7 +242,7 @@ FILES: Final = {
     "bench-file": "test_stands.bench.input:BENCH_KEYS",
     "engine-bench-file": "test_stands.bench.engine_input:ENGINE_BENCH_KEYS",
     "fem-file": "finite_elements.input:FEM_KEYS",
-    "design-file": "profile_search.keys:design_keys",
+    "design-file": "profile_search.input:design_keys",
 }
 """Schema of a file that is read beside a job → its keys at the top level, by form, or what makes them."""
 REPORTS: Final = {
@@ -258,7 +258,7 @@ REPORTS: Final = {
     "fem": "finite_elements.answer:FemReport",
     "factor": "engines.factor.answer:FactorReport",
     "forces": "engines.forces.answer:ForcesReport",
-    "grade": "formulas.grade_answer:GradeReport",
+    "grade": "formulas.grade:GradeReport",
     "init": "report.records.answers:InitReport",
     "influence": "test_stands.influence.answer:InfluenceReport",
     "jobs": "studies.jobs.answer:JobsReport",
@@ -290,13 +290,13 @@ OUTPUT_KINDS: Final[list[str]] = [
 ]
 """Kinds of files that a run writes for people, in the order in which they are made."""
 RUN_SECTIONS: Final = {
-    "bending": RunSection("crank_dynamics.strength.bending_section:SECTION"),
+    "bending": RunSection("crank_dynamics.strength.bending:SECTION"),
     "loads_with_gas": RunSection("engines.cycle.section:SECTION", "cycle"),
 }
 """Parts of the main report that add-ons compute, by key."""
 DRAWINGS: Final = "paper.drawing:drawings"
 """Outlines of the crank and of the removed metal, for the papers."""
-ODDITIES: Final = {"cycle": "engines.cycle.firing_from_job:odd_firing"}
+ODDITIES: Final = {"cycle": "engines.cycle.firing:odd_firing"}
 """Table of a job → function of job and anatomy that returns its oddities."""
 OWN_HELP: Final = {"calc": "formulas.calc_command:help_for"}
 """Verb → function of the words of the command line that returns its help, or None."""
@@ -310,7 +310,7 @@ CYCLE_SECTIONS: Final = {
     "flexible": RunSection("crank_dynamics.flexible.section:SECTION"),
 }
 """Parts of a cycle's report besides its summary, by key; the section itself decides for a job."""
-VIEW: Final = "browser.views:view"
+VIEW: Final = "browser.meshes:view"
 """The view of a crank in a notebook."""
 
 

@@ -19,13 +19,11 @@ import numpy as np
 import autobalance as ab
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.generate import crank_solid
-from autobalance.engines.cycle.chamber import Chamber
-from autobalance.engines.cycle.closed_part import Charge
+from autobalance.engines.cycle.closed_part import Chamber, Charge, Wiebe
 from autobalance.engines.cycle.cylinder import CylinderCycle, GasExchange
 from autobalance.engines.cycle.factors import factor_rows
 from autobalance.engines.cycle.firing import dead_centres_rad, firing_in_order
 from autobalance.engines.cycle.firing_engine import FiringEngine, LoadParts, ThrowPlace
-from autobalance.engines.cycle.heat_release import Wiebe
 from autobalance.running_gear.loads import Loads
 from benchmarks.engine_loads import MAINS_MM, twelve
 

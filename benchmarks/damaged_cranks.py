@@ -34,7 +34,7 @@ from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.recognition.alignment import misalignment_warning
 from autobalance.drawn_cranks.design import PRESETS, Design, preset
 from autobalance.drawn_cranks.generate import crank_solid
-from autobalance.drawn_cranks.true_anatomy import crank_anatomy
+from autobalance.drawn_cranks.truth import crank_anatomy
 from autobalance.errors import AutobalanceError
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union

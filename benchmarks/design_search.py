@@ -16,8 +16,7 @@ from typing import Any
 
 from autobalance.balancing import rotor_from_job
 from autobalance.balancing.measured_crank import measure_crank
-from autobalance.profile_search.candidates import judged
-from autobalance.profile_search.chosen import with_refined
+from autobalance.profile_search.candidates import judged, with_refined
 from autobalance.profile_search.envelope import violation
 from autobalance.profile_search.free_metal import free_metal
 from autobalance.profile_search.input import parse_design

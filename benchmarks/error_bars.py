@@ -24,8 +24,8 @@ sys.path.insert(0, str(ROOT))
 from autobalance.drawn_cranks.design import preset  # noqa: E402
 from autobalance.drawn_cranks.generate import crank_shape  # noqa: E402
 from autobalance.solid.cad.brep import ExactSolid  # noqa: E402
+from autobalance.solid.cad.files import read_step_file  # noqa: E402
 from autobalance.solid.cad.kernel import explored  # noqa: E402
-from autobalance.solid.cad.step_file import read_step_file  # noqa: E402
 from autobalance.solid.cad.tessellation import _face_triangles  # noqa: E402
 from autobalance.solid.chordal_error.estimate import estimate_chordal_error  # noqa: E402
 from autobalance.solid.mesh.measure import mesh_moments  # noqa: E402

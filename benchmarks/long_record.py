@@ -36,7 +36,7 @@ print(json.dumps({"cpu_s": used.ru_utime + used.ru_stime, "memory_mb": used.ru_m
 MAPS = """
 import json, resource, sys
 from autobalance.signals.formats import read
-from autobalance.signals.maps import order_map
+from autobalance.signals.speed import order_map
 from autobalance.signals.tacho import pulses
 before = resource.getrusage(resource.RUSAGE_SELF)
 record = read(sys.argv[1])

@@ -21,8 +21,7 @@ from typing import Any
 import numpy as np
 
 import autobalance as ab
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.solid.csg.solid import Solid
 from benchmarks.scan_cuts import ACCURACY_MM, BIG_END_G, DENSITY_G_MM3, FACTOR, PISTON_G, true_crank
 from tests.scans import Scan, scan

@@ -20,7 +20,7 @@ from autobalance.drawn_cranks.design import PRESETS
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
-from autobalance.verbs.tools import CutTool
+from autobalance.verbs.entry import CutTool
 from tests.scans import Scan, Wear, scan, surface_of
 
 CRANKS = ("single", "v-twin-45", "parallel-twin-360")

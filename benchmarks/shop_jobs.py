@@ -127,8 +127,7 @@ def ends(crank: Any) -> tuple[float, float]:
 
 def balanced_bob_g(crank: Any) -> float:
     """Return the bob-weight that leaves the drawn crank's two end planes least unbalanced [g]."""
-    from autobalance.rigid_rotor.moments import Moments
-    from autobalance.rigid_rotor.unbalance import Unbalance
+    from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 
     bobs = [Moments.point(1.0, throw.crankpin.centre_mm) for throw in crank.truth.throws]
     bare, per_g = (

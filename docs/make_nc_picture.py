@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 import autobalance as ab  # noqa: E402
-from autobalance.machining.setups import inverse, placement  # noqa: E402
+from autobalance.machining.input import inverse, placement  # noqa: E402
 from autobalance.machining.verb import NcResult  # noqa: E402
 
 PICTURE = ROOT / "docs" / "pictures" / "nc.png"

@@ -21,13 +21,13 @@ sys.path.insert(0, str(ROOT))
 
 from autobalance.crank_dynamics.torsion.input import OF_A_JOB  # noqa: E402
 from autobalance.declare import FILLED, REQUIRED, Key  # noqa: E402
-from autobalance.drawn_cranks.keys import DESIGN, PRESET  # noqa: E402
-from autobalance.job.files.declared import forms_of  # noqa: E402
+from autobalance.drawn_cranks.input import DESIGN, PRESET  # noqa: E402
+from autobalance.job.files.reading import forms_of  # noqa: E402
 from autobalance.job.read_engine import WEIGHTS  # noqa: E402
 from autobalance.job.tables import job_tables  # noqa: E402
-from autobalance.profile_search.keys import DESIGN_KEYS  # noqa: E402
+from autobalance.profile_search.input import DESIGN_KEYS  # noqa: E402
 from autobalance.registry import FILES  # noqa: E402
-from autobalance.toml_files.text import toml_value  # noqa: E402
+from autobalance.toml_files.document import toml_value  # noqa: E402
 
 DOCS = ROOT / "docs"
 PAGES = tuple(

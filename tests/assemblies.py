@@ -8,7 +8,7 @@ from pathlib import Path
 
 from autobalance.drawn_cranks.design import preset
 from autobalance.drawn_cranks.generate import crank_shape
-from autobalance.drawn_cranks.true_anatomy import crank_anatomy
+from autobalance.drawn_cranks.truth import crank_anatomy
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.csg.shape import Bar, Prism, Shape, Without, circle
 from tests.rods import FlatRod

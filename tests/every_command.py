@@ -11,7 +11,7 @@ import numpy as np
 
 import autobalance as ab
 from autobalance.solid.csg.shape import Prism, polygon, tessellated
-from autobalance.toml_files.text import toml_text
+from autobalance.toml_files.document import toml_text
 from tests import jobs
 from tests.rods import FlatRod
 

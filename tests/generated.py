@@ -10,8 +10,8 @@ import numpy as np
 from autobalance.crank.anatomy import Anatomy
 from autobalance.drawn_cranks.design import PRESETS, Design, preset
 from autobalance.drawn_cranks.generate import crank_solid, exact_moments
-from autobalance.drawn_cranks.true_anatomy import crank_anatomy
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.drawn_cranks.truth import crank_anatomy
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
 from autobalance.types import Array

@@ -134,7 +134,7 @@ def _engine(crank: GeneratedCrank, layout: str, draw: random.Random, towards: fl
 
 
 def _point(mass_g: float, place: Any) -> Any:
-    from autobalance.rigid_rotor.moments import Moments
+    from autobalance.rigid_rotor.unbalance import Moments
 
     return Moments.point(mass_g, place)
 

@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 
 from autobalance.correction.contract import Count
 from autobalance.correction.drill import DrillCut
-from autobalance.correction.holes.drill_limits import DrillLimits
+from autobalance.correction.holes.drills import DrillLimits
 from autobalance.correction.holes.hole import Hole, keep_apart
 from autobalance.correction.holes.sites import Site
 from autobalance.correction.holes.surface import Axis
 from autobalance.correction.kind import Candidates
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Judge, Tolerance
-from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 
 Array = NDArray[np.float64]
 STEEL = 7.85e-3

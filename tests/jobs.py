@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 from autobalance import command
-from autobalance.balancing import remedies
+from autobalance.balancing import offers
 from tests.coarse import bundled_corners
 from tests.read_once import read_once
 
@@ -105,7 +105,7 @@ def without_advice() -> Iterator[None]:
     """Balance without what would suffice where limits fall short: it takes longer than all the rest."""
     with pytest.MonkeyPatch.context() as patch:
         for ways in ("relaxations", "heavier", "lighter", "factor_relaxations"):
-            patch.setattr(remedies, ways, lambda *_, **__: [])
+            patch.setattr(offers, ways, lambda *_, **__: [])
         yield
 
 

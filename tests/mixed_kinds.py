@@ -11,8 +11,7 @@ import numpy as np
 import autobalance as ab
 from autobalance.correction import Limits
 from autobalance.drawn_cranks.design import PRESETS
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from tests.generated import generated_crank
 from tests.jobs import write_stl
 

@@ -16,7 +16,7 @@ import autobalance as ab
 from autobalance.correction import KINDS
 from autobalance.report.balance.values import report as as_report
 from autobalance.report.balance.values import schema
-from autobalance.verification import by_schema, correction_claims
+from autobalance.verification import correction_claims, report_file
 from autobalance.verification.check import check_claims
 from autobalance.verification.checked import Checked
 from autobalance.verification.claims import Claims
@@ -39,7 +39,7 @@ def sound_parts_known() -> Iterator[None]:
     known: dict[tuple[str, int, int], tuple[Any, Any]] = {}  # holds the parts: no identity is used twice
 
     def once(name: str) -> Callable[..., Iterator[ValidationError]]:
-        check = by_schema.VALIDATOR.VALIDATORS[name]
+        check = report_file.VALIDATOR.VALIDATORS[name]
 
         def faults(validator: Any, rule: Any, part: Any, inside: Any) -> Iterator[ValidationError]:
             key = name, id(part), id(inside)
@@ -52,7 +52,7 @@ def sound_parts_known() -> Iterator[None]:
 
     keywords = {name: once(name) for name in ("properties", "items", "additionalProperties")}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(by_schema, "VALIDATOR", validators.extend(by_schema.VALIDATOR, keywords))
+        patch.setattr(report_file, "VALIDATOR", validators.extend(report_file.VALIDATOR, keywords))
         yield
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 import autobalance as ab
 from autobalance.drawn_cranks.design import PRESETS
-from autobalance.machining.part import Part
+from autobalance.machining.area_moves import Part
 from autobalance.machining.verb import verified_part
 from autobalance.rigid_rotor.unbalance import Unbalance
 from tests import nc_sweep

@@ -17,7 +17,7 @@ import numpy as np
 from autobalance.crank.anatomy import Anatomy, MainJournal, Overrides, Pin, Throw, Web
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.drawn_cranks.design import DesignCounterweight, DesignWeb
-from autobalance.drawn_cranks.webs import web_outline
+from autobalance.drawn_cranks.generate import web_outline
 from autobalance.errors import AutobalanceError
 from autobalance.solid.csg.shape import (
     Arc,

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.paper.drawing import Drawings, drawn
-from autobalance.paper.listed_metal import listed_metal
+from autobalance.paper.drawing import Drawings, drawn, listed_metal
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from tests.jobs import ROOT

@@ -17,9 +17,9 @@ import manifold3d
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy
-from autobalance.drawn_cranks.axial_plan import axial_plan, shoulder_height_mm
 from autobalance.drawn_cranks.design import PRESETS, Design
-from autobalance.drawn_cranks.true_anatomy import crank_anatomy
+from autobalance.drawn_cranks.generate import axial_plan, shoulder_height_mm
+from autobalance.drawn_cranks.truth import crank_anatomy
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array, Indices
 from tests.generated import random_placement

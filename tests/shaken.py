@@ -17,16 +17,7 @@ from numpy.typing import NDArray
 
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.recognition import recognise
-from autobalance.planning import (
-    common_depths,
-    cut_curves,
-    depth_steps,
-    depths,
-    enumeration,
-    equal_cut_search,
-    milp_model,
-    whole_cuts,
-)
+from autobalance.planning import cut_curves, depths, enumeration, equal_cuts, milp_model, whole_cuts
 from autobalance.planning.depths import Plan
 from autobalance.types import Array
 
@@ -77,7 +68,7 @@ def shaken(seed: int) -> Iterator[None]:
         (depths, "_tangent_step", off_step),
         (whole_cuts, "_chosen_plan", off_plan),
     ]
-    for room in (depths, common_depths, cut_curves, depth_steps, enumeration, equal_cut_search, milp_model):
+    for room in (depths, equal_cuts, cut_curves, cut_curves, enumeration, equal_cuts, milp_model):
         if "resultant_and_moment" in vars(room):
             changed.append((room, "resultant_and_moment", off_effect))
     with pytest.MonkeyPatch.context() as patch:

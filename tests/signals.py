@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
+from autobalance.signals.by_angle import Turning
 from autobalance.signals.record import Channel
-from autobalance.signals.turning import Turning
 
 Array = NDArray[np.float64]
 TURN = 2.0 * np.pi

@@ -10,7 +10,7 @@ import numpy as np
 
 from autobalance.drawn_cranks.design import PRESETS, Design
 from autobalance.drawn_cranks.generate import crank_solid
-from autobalance.drawn_cranks.true_anatomy import crank_anatomy
+from autobalance.drawn_cranks.truth import crank_anatomy
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.roughness.estimate import unit_at_vertices
 from autobalance.types import Array, Indices

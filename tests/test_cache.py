@@ -20,7 +20,7 @@ from autobalance.command.main import main
 from autobalance.disk_cache import kept, program
 from autobalance.errors import UsageError
 from autobalance.quantities import mm, said
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.value_codec import CodecError, from_bytes, to_bytes

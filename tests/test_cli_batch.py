@@ -249,7 +249,7 @@ def test_an_interrupt_ends_with_130(work: Path, tmp_path: Path) -> None:
 def test_a_row_whose_worker_dies_each_time_is_lost_and_the_others_are_done(
     work: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from autobalance.studies.batch import row as batch_row
+    from autobalance.studies.batch import run as batch_row
 
     monkeypatch.setattr(batch_row, "balance_row", balance_unless_deadly)
     (work / "deadly.csv").write_text(
@@ -284,7 +284,7 @@ def test_reports_name_their_files_from_where_they_lie_wherever_the_worker_was(
     work: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A worker with another working folder writes the same; crank and job are found from the report."""
-    from autobalance.studies.batch import row as batch_row
+    from autobalance.studies.batch import run as batch_row
     from autobalance.studies.batch.input import read_batch_list
     from autobalance.studies.batch.run import _Tasks, _Todo
 

@@ -17,27 +17,23 @@ from autobalance.balancing.measured_crank import measure_crank
 from autobalance.command import main
 from autobalance.declare import encoded
 from autobalance.errors import FileError, JobError
-from autobalance.finite_elements.solid_meshes import bodies_of_solid
+from autobalance.finite_elements.throws import bodies_of_solid
 from autobalance.profile_search import strength
 from autobalance.profile_search import written as solids
-from autobalance.profile_search.answer import SearchFigures
-from autobalance.profile_search.build import with_profiles
-from autobalance.profile_search.candidates import Candidate, SearchResult, front, judged
-from autobalance.profile_search.chosen import chosen, with_refined
-from autobalance.profile_search.exact import design_step
+from autobalance.profile_search.answer import SearchFigures, infeasible_reason, step_notes
+from autobalance.profile_search.candidates import Candidate, SearchResult, chosen, front, judged, with_refined
 from autobalance.profile_search.free_metal import free_metal
 from autobalance.profile_search.input import load_design
 from autobalance.profile_search.level_sets import CLOSENESS_STEPS, begun, level_set_for_balance, level_sets
 from autobalance.profile_search.problem import MAX_SHARE, Problem
 from autobalance.profile_search.remedies import remedies
-from autobalance.profile_search.search import Generation, searched
-from autobalance.profile_search.start import judged_start
-from autobalance.profile_search.values import infeasible_reason, step_notes
+from autobalance.profile_search.search import Generation, judged_start, searched
 from autobalance.profile_search.verb import design
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.profile_search.written import design_step, with_profiles
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.runtime import Stopwatch
 from autobalance.solid.cad.brep import ExactSolid
-from autobalance.solid.cad.step_file import read_step_file
+from autobalance.solid.cad.files import read_step_file
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import read
 from autobalance.solid.formats.write import encode

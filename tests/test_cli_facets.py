@@ -13,9 +13,8 @@ from autobalance.balancing.chordal_correction import MAX_DOUBT, needed
 from autobalance.balancing.facet_correction import FacetCorrection
 from autobalance.drawn_cranks.design import preset
 from autobalance.drawn_cranks.generate import crank_solid, exact_moments
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
-from autobalance.rigid_rotor.uncertainty import Share
+from autobalance.rigid_rotor.unbalance import Moments, Share
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.solid.formats.write import encode
 from tests.jobs import report_of, run

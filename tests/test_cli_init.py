@@ -11,7 +11,7 @@ from openpyxl import load_workbook
 
 import autobalance as ab
 from autobalance.job.tables import key_at
-from autobalance.toml_files.text import toml_text
+from autobalance.toml_files.document import toml_text
 from tests import jobs
 
 CRANK = jobs.BUNDLED / "straight" / "crank-with-pin.stl"

@@ -13,7 +13,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.errors import JobError
-from autobalance.job.listed_cuts import LISTED_CUTS
+from autobalance.job.balance import LISTED_CUTS
 from autobalance.job.stage import for_recut
 from autobalance.report.records.corrections import Correction, CorrectionDetails
 from tests import nc_jobs

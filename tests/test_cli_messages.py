@@ -8,7 +8,7 @@ import pytest
 
 from autobalance.declare import POSITIVE, Key
 from autobalance.errors import DecimalCommaWarning, JobError
-from autobalance.job.header import SHOP
+from autobalance.job.layout import SHOP
 from autobalance.toml_files.document import toml_of
 from autobalance.toml_files.keys import json_schema, read
 from autobalance.toml_files.typed_units import in_base_units
@@ -196,6 +196,6 @@ def test_another_file_called_stl_is_named(
 
 
 def test_each_key_of_the_header_says_what_it_is() -> None:
-    from autobalance.job.header import JOB
+    from autobalance.job.layout import JOB
 
     assert {key.name: key.says for key in JOB.keys}["engine"] == "name of the engine"

@@ -8,8 +8,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.errors import FileError
-from autobalance.report.earlier_files import earlier_report, remove_stale
-from autobalance.report.files import Staging
+from autobalance.report.files import Staging, earlier_report, remove_stale
 from tests import jobs
 
 PAPERS = ("--only", "html,csv,xlsx,reading")

@@ -11,7 +11,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.balancing import run
-from autobalance.balancing.crank_size import refuse_size
+from autobalance.balancing.typed_effects import refuse_size
 from autobalance.solid.csg.solid import Solid
 from tests import jobs
 

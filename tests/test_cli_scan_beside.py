@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.browser.named_files import named_files
+from autobalance.browser.project import named_files
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.errors import AutobalanceError, JobError
 from autobalance.job.read_crankshaft import read_crankshaft

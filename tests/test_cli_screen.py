@@ -9,12 +9,10 @@ import pytest
 
 from autobalance.command.shop_units import shop_units
 from autobalance.job import Job
-from autobalance.report.balance.cuts_text import cut_rows
-from autobalance.report.balance.zero import FROM_CRANKPIN
+from autobalance.report.balance.zero import FROM_CRANKPIN, cut_rows
 from autobalance.report.display_units import ON_SCREEN
 from autobalance.report.files import from_here
-from autobalance.report.tables import DRAWN_BY, fitted_table, plain_table
-from autobalance.report.wrapping import fitted, whole
+from autobalance.report.tables import DRAWN_BY, fitted, fitted_table, plain_table, whole
 from autobalance.types import Report
 from tests import jobs
 from tests.frozen.outputs import HERE

@@ -13,11 +13,11 @@ import pytest
 
 from autobalance.balancing.section_rows import RowKind, SectionRow, SectionTable
 from autobalance.declare import encoded
-from autobalance.report.balance.section_text import section_table_text
+from autobalance.report.balance.sections_text import section_table_text
 from autobalance.report.balance.values import schema
 from autobalance.report.records import sections as records
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.shape import Bar, tessellated
 from autobalance.solid.formats.read import read
 from tests import jobs

@@ -12,8 +12,7 @@ import pytest
 from pypdf import PdfReader
 
 import autobalance as ab
-from autobalance.paper.drawing import drawings
-from autobalance.paper.listed_metal import listed_metal
+from autobalance.paper.drawing import drawings, listed_metal
 from autobalance.report.metal import pieces_of
 from autobalance.solid.csg.region import Region
 from tests import jobs, mixed_kinds

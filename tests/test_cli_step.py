@@ -18,12 +18,12 @@ import pytest
 
 from autobalance.command import main
 from autobalance.report.balance.values import schema
-from autobalance.solid.cad import machining
+from autobalance.solid.cad import build
 from autobalance.solid.cad.brep import ExactSolid
+from autobalance.solid.cad.files import read_step_file
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.cad.kernel import compound, explored, is_valid
-from autobalance.solid.cad.step_file import read_step_file
-from autobalance.solid.cad.surface import CylinderFace, PlaneFace
+from autobalance.solid.cad.tessellation import CylinderFace, PlaneFace
 from autobalance.solid.chordal_error.estimate import estimate_chordal_error
 from autobalance.solid.csg.shape import Prism, circle
 from autobalance.solid.formats.read import read
@@ -253,7 +253,7 @@ def test_what_is_listed_was_measured_where_edges_lie_off_faces(
     text = (folder / "crank.step").read_text()
     torus = re.compile(r"(TOROIDAL_SURFACE\('[^']*',#\d+,[\d.]+),2\.\)")
     (folder / "crank.step").write_text(torus.sub(r"\1,2.02)", text))
-    monkeypatch.setattr(machining, "CLEAR_SHARES", (1e-3,))
+    monkeypatch.setattr(build, "CLEAR_SHARES", (1e-3,))
     report = jobs.computed(job(folder, SHOULDERS, 0.0), folder / "out")
     assert report["input"]["repairs"][0].startswith("edges lie off their faces: 4 faces, by 0.02 mm")
     assert report["crank"]["facet_error"]["too_coarse"] is None

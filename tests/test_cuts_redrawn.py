@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
+from autobalance.solid.cad.files import read_step_file
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.cad.kernel import common, cut, explored, fused, properties
-from autobalance.solid.cad.step_file import read_step_file
 from tests.coarse import coarse_facets
 from tests.generated import single_step
 from tests.jobs import main, without_advice

@@ -10,7 +10,7 @@ import numpy as np
 
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
-from autobalance.studies.batch.row import RowOutcome, RowTask, balance_row
+from autobalance.studies.batch.run import RowOutcome, RowTask, balance_row
 
 DEADLY = 0.61
 """Balance factor of the row whose worker dies each time."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.paper.listed_metal import listed_metal
+from autobalance.paper.drawing import listed_metal
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array

@@ -10,9 +10,8 @@ import numpy as np
 
 from autobalance.balancing.facet_correction import FacetCorrection
 from autobalance.quantities import g_mm, mm, said
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
-from autobalance.rigid_rotor.uncertainty import Share
+from autobalance.rigid_rotor.unbalance import Moments, Share
 from autobalance.solid.chordal_error.estimate import ChordalError
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from autobalance import correction
 from autobalance.balancing.loop import Result, balance
 from autobalance.balancing.measuring import in_memory, on_true_surfaces
 from autobalance.balancing.offers import Offers, workpiece
-from autobalance.balancing.rotor import Rotor
+from autobalance.balancing.rotor_from_job import Rotor
 from autobalance.balancing.web_metal import THINNED_SHARE, least_share, web_metal
 from autobalance.correction import Limits
 from autobalance.correction.contract import Correction, Prefer, setting_of

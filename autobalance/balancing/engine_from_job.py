@@ -1,25 +1,108 @@
-"""A job and its crank become an engine: cylinders on throws, and the crank's unbalance bay by bay."""
+"""A job and its crank become an engine: cylinders on throws, linked rods, oil, pressed-in crankpins."""
 
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
-from autobalance.balancing.linked_rods import LONG_ROD, articulated, bare_rod
 from autobalance.balancing.measured import Crank
-from autobalance.balancing.rotor_from_job import attached_moments, throw_loads, total_g
-from autobalance.crank.anatomy import Anatomy, Throw
+from autobalance.balancing.rotor_from_job import attached_moments, rod_weights_g, throw_loads, total_g
+from autobalance.crank.anatomy import Anatomy, Throw, Web
+from autobalance.crank.sections import OilRoom, oil_rooms
 from autobalance.errors import JobError
-from autobalance.job import Job
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.running_gear.force_summary import ShakingForce, shaking_force
+from autobalance.job import Job, RodOnScales
+from autobalance.job.model import ThrowOil
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
+from autobalance.running_gear.articulated import LinkCrank
+from autobalance.running_gear.conrod import ConnectingRod
+from autobalance.running_gear.roll import ShakingForce, shaking_force
 from autobalance.running_gear.shafts import BalanceShaft
 from autobalance.running_gear.slider_crank import SliderCrank
 from autobalance.running_gear.whole_engine import CrankUnbalance, Cylinder, Engine
+from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
+from autobalance.types import Array
+
+# Throws with a master rod and link rods become cylinders.
+
+
+LONG_ROD = 1e3
+"""Rod ÷ crank radius where the job gives no rod length; only the first order is used then, which is free
+of it."""
+
+
+def articulated(job: Job, throw: Throw, before: int) -> list[Cylinder]:
+    """Return the cylinders of a throw with link rods, by number; none where each rod has its own big end.
+
+    ``before`` is how many cylinders other throws have before it.
+
+    Raises
+    ------
+    JobError
+        If a link's cylinder is not one of the throw's, or the master's direction is not one angle.
+    """
+    engine = job.engine
+    parts = engine.of_throw(throw.number)
+    if not parts.links:
+        return []
+    numbers = list(range(before + 1, before + parts.rods + 1))
+    by_number = {link.cylinder: link for link in parts.links}
+    for number in by_number:
+        if number not in numbers:
+            raise JobError(
+                f"{job.path.name}: engine.throw number {throw.number}: link.cylinder is {number}; expected"
+                f" one of its cylinders, {numbers[0]} to {numbers[-1]}"
+            )
+    master_number = next(number for number in numbers if number not in by_number)
+    banks = engine.layout.banks_of(throw.number) or (0.0,)
+    if len(banks) != 1:
+        raise JobError(
+            f"{job.path.name}: bank_deg of throw {throw.number} has {len(banks)} angles; expected one, the"
+            " master's: set bank_deg of link rods in their own tables"
+        )
+    radius, z = throw.crank_radius_mm, float(throw.crankpin.centre_mm[2])
+    length = engine.rod_length_mm or LONG_ROD * radius
+    small_end_g, couple = bare_rod(engine.rod, length)
+    rotating, reciprocating = total_g(parts.weights.rotating), total_g(parts.weights.reciprocating)
+    master = SliderCrank(radius, length, engine.layout.offset_mm)
+    cylinders = []
+    for number in numbers:
+        link = by_number.get(number)
+        if link is None:
+            cylinders.append(
+                Cylinder(master, rotating, reciprocating, throw.angle_rad, banks[0], z, small_end_g, couple)
+            )
+            continue
+        train = LinkCrank(
+            radius,
+            link.rod_length_mm,
+            engine.layout.offset_mm,
+            master,
+            banks[0] - link.bank_rad,
+            link.knuckle_radius_mm,
+            link.knuckle_rad,
+        )
+        turning, moving = rod_weights_g(link, rotating, reciprocating)
+        cylinders.append(
+            Cylinder(train, turning, moving, throw.angle_rad, link.bank_rad, z, master=master_number - 1)
+        )
+    return cylinders
+
+
+def bare_rod(rod: RodOnScales | None, length_mm: float) -> tuple[float, float]:
+    """Return a bare rod's mass at its small end and the inertia that two masses miss; 0 where not weighed."""
+    if rod is None:
+        return 0.0, 0.0
+    two_masses = ConnectingRod.from_two_scales(rod.big_end_g, rod.small_end_g, length_mm, rod.inertia_g_mm2)
+    return two_masses.small_end_g, two_masses.couple_inertia_g_mm2
+
+
+# A job and its crank become an engine: cylinders on throws, and the crank's unbalance bay by bay.
+
 
 ROUNDING = 1e-5
 """Share of a crank's mass below which what its bays miss of it is rounding, or its facets."""
@@ -236,3 +319,111 @@ def shaft_ends_mm(anatomy: Anatomy) -> tuple[float, float]:
         return mains[0], mains[-1]
     ends = [end for throw in anatomy.throws for end in throw.crankpin.z_range_mm]
     return min(ends), max(ends)
+
+
+# Crankpins put into a pressed-up crank whose file leaves them out.
+
+
+PIN_SEGMENTS = 96
+PIN_OVERLAP_SHARE = 1e-4
+"""Share by which the flats of a crankpin that is put in lie outside its bore, and its ends outside its webs.
+No sliver is left between them, nor where two planes coincide except for rounding."""
+BEYOND, BEHIND = 1.15, 0.1
+"""Height and half width, over the crankpin's radius, of the region behind a crankpin in which a web is
+sought."""
+
+
+def with_crankpins(solid: Solid, crank: Crank) -> Solid:
+    """Return a crank's solid (rotor frame) with the crankpins that its file leaves out, through both webs.
+
+    The crankpins are of the crank's own metal, solid, and one piece with the webs that they are pressed into.
+
+    Parameters
+    ----------
+    solid : Solid
+        The crank's, or one with other counterweights [mm].
+    crank : Crank
+        As its file was measured.
+
+    Raises
+    ------
+    JobError
+        If a crankpin that is missing has no webs on both sides.
+    """
+    if crank.holds_crankpins:
+        return solid
+    for throw in crank.anatomy.throws:
+        pin = throw.crankpin
+        z = float(pin.centre_mm[2])
+        webs = _beside(crank.anatomy, z)
+        radius = 0.5 * pin.diameter_mm * (1.0 + PIN_OVERLAP_SHARE) / math.cos(math.pi / PIN_SEGMENTS)
+        place = (float(pin.centre_mm[0]), float(pin.centre_mm[1]))
+        outside = throw.direction * (throw.crank_radius_mm + BEYOND * radius)
+        low = _metal_mm(solid, webs[0], outside, BEHIND * radius)[0]
+        high = _metal_mm(solid, webs[1], outside, BEHIND * radius)[1]
+        proud = PIN_OVERLAP_SHARE * pin.diameter_mm
+        solid = solid + Solid.prism(Region.circle(radius, PIN_SEGMENTS, place), low - proud, high + proud)
+    return solid
+
+
+def _metal_mm(solid: Solid, web: Web, place: Array, radius: float) -> tuple[float, float]:
+    """Return begin and end of a web's metal behind its crankpin; its counterweight may be thicker."""
+    circle = Region.circle(radius, 16, (float(place[0]), float(place[1])))
+    metal = Solid.prism(circle, web.z_min_mm, web.z_max_mm) & solid
+    if metal.is_empty:
+        raise JobError(f"web {web.number} has no metal behind its crankpin")
+    low, high = (float(z) for z in metal.bounds[:, 2])
+    return low, high
+
+
+def _beside(anatomy: Anatomy, z_mm: float) -> tuple[Web, Web]:
+    below = [web for web in anatomy.webs if 0.5 * (web.z_min_mm + web.z_max_mm) < z_mm]
+    above = [web for web in anatomy.webs if 0.5 * (web.z_min_mm + web.z_max_mm) > z_mm]
+    if not (below and above):
+        raise JobError("a crankpin that is not in the file needs a web on both sides")
+    return below[-1], above[0]
+
+
+# The oil in a job's crank, by throw: what counts in its bob-weights, and what no bob-weight stands for.
+
+
+def rooms_of(crank: Crank) -> tuple[OilRoom, ...]:
+    """Return the oil volumes in a crank, its crankpins put in if they are not in the file."""
+    return oil_rooms(
+        with_crankpins(crank.source.solid.moved(crank.anatomy.file_to_rotor), crank), crank.anatomy
+    )
+
+
+def with_oil(job: Job, crank: Crank) -> Job:
+    """Return a job with the oil that its crank holds, by throw, where ``[engine.oil]`` fills it."""
+    density = job.engine.oil_g_mm3
+    if density is None:
+        return job
+    rooms, anatomy = rooms_of(crank), crank.anatomy
+    planes = _between_throws_mm(anatomy)
+    by_throw = {}
+    for throw, low, high in zip(anatomy.throws, (None, *planes), (*planes, None), strict=True):
+        oil = Moments.zero()
+        for room in rooms:
+            piece = room.solid if low is None else room.solid.above(low)
+            oil = oil + (piece if high is None else piece.below(high)).moments(density)
+        if oil.mass_g > 0.0:
+            by_throw[throw.number] = throw_oil(oil, throw)
+    return replace(job, engine=replace(job.engine, oil=by_throw))
+
+
+def throw_oil(oil: Moments, throw: Throw) -> ThrowOil:
+    """Return a throw's oil as a mass in its crankpin with the same pull along the throw, and the rest."""
+    along = float(oil.first_g_mm[:2] @ throw.direction) / throw.crank_radius_mm
+    on_crankpin = max(0.0, along)  # more oil on the counterweight's side is not a bob-weight
+    return ThrowOil(oil, on_crankpin, oil - Moments.point(on_crankpin, throw.crankpin.centre_mm))
+
+
+def _between_throws_mm(anatomy: Anatomy) -> tuple[float, ...]:
+    """Return z between neighbouring throws' oil: in the middle of the main journal, else halfway [mm]."""
+    mains = [float(journal.centre_mm[2]) for journal in anatomy.main_journals]
+    pins = [float(throw.crankpin.centre_mm[2]) for throw in anatomy.throws]
+    return tuple(
+        next((z for z in mains if low < z < high), float(np.mean([low, high])))
+        for low, high in pairwise(pins)
+    )

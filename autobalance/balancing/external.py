@@ -13,10 +13,9 @@ from autobalance.balancing import rotor_from_job
 from autobalance.balancing.measured import Crank
 from autobalance.job import Attached, Job
 from autobalance.job.model import ExternalPart
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
-from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.running_gear.balance_factor import bob_weight_moments
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
+from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.types import Array, Floats
 
 NO_LEVER_MM = 1e-6

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from autobalance.crank.anatomy import Anatomy
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.types import Floats
 

@@ -2,39 +2,96 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from autobalance import correction
-from autobalance.balancing.cut_pass import Pass, cut_and_measure, made_cuts
-from autobalance.balancing.half_cut import cut_half
-from autobalance.balancing.measuring import Measure, Measured, in_memory, refuse_sum
-from autobalance.balancing.offers import BestOffer, Offers, best_offer, why_not_used, workpiece
-from autobalance.balancing.remedies import Above, why_above
-from autobalance.balancing.rotor import Rotor
-from autobalance.balancing.taken import taken_of_scan
+from autobalance.balancing.measuring import (
+    Measure,
+    Measured,
+    Pass,
+    cut_and_measure,
+    in_memory,
+    made_cuts,
+    refuse_sum,
+)
+from autobalance.balancing.offers import (
+    Above,
+    BestOffer,
+    Offers,
+    best_offer,
+    why_above,
+    why_not_used,
+    workpiece,
+)
+from autobalance.balancing.rotor_from_job import Rotor
+from autobalance.balancing.web_metal import taken_of_scan
 from autobalance.correction import Limits, remarks
 from autobalance.correction.contract import Correction, Cut, Prefer
-from autobalance.correction.kind import Candidates
+from autobalance.correction.faces.patches import heavy_vector
+from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.overlap import Overlap, taken_in_turn
-from autobalance.correction.setup_order import setup_order
-from autobalance.planning.depths import AIM_SHARE, Plan
-from autobalance.planning.drop_negligible_cuts import worthwhile
-from autobalance.planning.least_steps import settable
+from autobalance.correction.registry import setup_order
+from autobalance.crank.anatomy import Web
+from autobalance.planning.depths import AIM_SHARE, Plan, worthwhile
 from autobalance.planning.reject_worse import harmless, is_harmless
 from autobalance.planning.relaxation import Relaxation
 from autobalance.planning.too_light import too_light_g_mm, too_light_text
-from autobalance.planning.whole_cuts import choose
+from autobalance.planning.whole_cuts import choose, settable
 from autobalance.quantities import said
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Outcome, Tolerance
-from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.rigid_rotor.uncertainty import Budget
+from autobalance.rigid_rotor.unbalance import Budget, Moments, Unbalance
 from autobalance.runtime import Notify
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
+
+# Half corrections: cuts in one of two like webs of a throw, where both are heavy.
+
+
+ALIKE_SHARE = 0.02
+"""Difference of thickness and rim radius up to which two webs count as equal, as a share."""
+BOTH_SHARE = 0.5
+"""Share of the heavier web's unbalance, in its direction, from which the other one needs cuts as well."""
+
+
+def cut_half(chosen: BestOffer, work: Workpiece) -> str | None:
+    """Return the web of two equal ones that a plan leaves uncut, in words; None if it cuts both, or neither.
+
+    Such a plan leaves a couple that the crank had not, and two webs that are no longer equal.
+    """
+    cuts = zip(chosen.candidates.cuts, chosen.plan.depths_mm.tolist(), strict=True)
+    cut_webs = {cut.correction(depth).web for cut, depth in cuts if depth > 0.0}
+    if None in cut_webs:  # a rim over several webs, or no web at all
+        return None
+    for throw in work.anatomy.throws:
+        pair = [web for web in work.anatomy.webs if throw in work.anatomy.throws_of(web)]
+        if len(pair) == 2 and _are_alike(*pair) and len(cut_webs.intersection(w.number for w in pair)) == 1:
+            one, other = sorted(pair, key=lambda web: web.number not in cut_webs)
+            if _both_heavy(work, one, other):
+                return f"the available cuts reach web {one.number} and not its equal, web {other.number}"
+    return None
+
+
+def _are_alike(one: Web, other: Web) -> bool:
+    sizes = [(web.z_max_mm - web.z_min_mm, _rim_mm(web)) for web in (one, other)]
+    return all(math.isclose(a, b, rel_tol=ALIKE_SHARE) for a, b in zip(*sizes, strict=True))
+
+
+def _rim_mm(web: Web) -> float:
+    return 0.0 if web.outline is None else web.outline.rim_radius_mm
+
+
+def _both_heavy(work: Workpiece, cut: Web, left: Web) -> bool:
+    """Return whether a web left uncut is heavy as the one that is cut is."""
+    one, other = (heavy_vector(work.heavy_at, 0.5 * (web.z_min_mm + web.z_max_mm)) for web in (cut, left))
+    return float(other @ one) >= BOTH_SHARE * float(one @ one) > 0.0
+
+
+# The loop: measure, plan, cut, measure again. The only loop of the program.
+
 
 PASSES = 6
 """Most passes, each from the untouched crank; one or two are usual."""

@@ -1,9 +1,12 @@
-"""A crank as it was measured: its solid, what was recognised in it, and its moments."""
+"""A crank as it was measured: its solid, what was recognised in it, its moments.
+
+A scan's share of the error budget, its file's bytes.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -11,26 +14,36 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from autobalance.balancing.crank_size import odd_size
 from autobalance.balancing.facet_correction import NOT_ASKED, FacetCorrection
 from autobalance.balancing.scan_calibration import Calibration
-from autobalance.balancing.scan_uncertainty import Patches, mass_pm_g
-from autobalance.balancing.typed_effects import typed_warnings
+from autobalance.balancing.scan_uncertainty import Patches, ScanUncertainty, mass_pm_g, scan_uncertainty
+from autobalance.balancing.typed_effects import odd_size, typed_warnings
 from autobalance.crank.anatomy import Anatomy, Face
-from autobalance.crank.recognition.alignment import misalignment_warning, step_warnings
-from autobalance.crank.recognition.anatomy_warnings import anatomy_warnings
-from autobalance.crank.recognition.roundness import ovality_warning
-from autobalance.crank.recognition.views import digits_warning
+from autobalance.crank.recognition.alignment import (
+    anatomy_warnings,
+    misalignment_warning,
+    ovality_warning,
+    step_warnings,
+)
+from autobalance.crank.recognition.candidates import digits_warning
+from autobalance.errors import FormatError
 from autobalance.job import Job
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.rigid_rotor.uncertainty import Share, facets_beside_skin
+from autobalance.rigid_rotor.unbalance import Moments, Places, Share, facets_beside_skin, root_sum
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.solid.csg.solid import Solid
+from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.read import Source
+from autobalance.solid.formats.registry import format_named, name_of_ending
+from autobalance.solid.formats.write import encode
 from autobalance.types import Floats
+from autobalance.units import MM_PER
 
 if TYPE_CHECKING:
     from autobalance.crank.against import Against
+
+
+# A crank as it was measured: its solid, what was recognised in it, and its moments.
+
 
 MIN_FILLED_SHARE = 0.05
 """Share of the box around a crankpin that even a hollow one fills."""
@@ -185,3 +198,84 @@ def holds_crankpins(anatomy: Anatomy, solid: Solid) -> bool:
     half = 0.5 * np.array([pin.diameter_mm, pin.diameter_mm, 0.1 * pin.width_mm])
     place = Solid.box(pin.centre_mm - half, pin.centre_mm + half).moved(anatomy.rotor_to_file)
     return (place & solid).volume_mm3 > MIN_FILLED_SHARE * place.volume_mm3
+
+
+# Share of a scan in the error budget.
+
+
+@dataclass(frozen=True, eq=False)
+class ScanShare:
+    """Uncertainty of a scan, ``None`` where the crank is drawn, and of its closed holes.
+
+    ``off_faces_mm``: distance within which 95 % of its surface lies off the drawing whose faces are cut.
+    """
+
+    scan: ScanUncertainty | None
+    patched: tuple[Share, ...]
+    places: Places
+    off_faces_mm: float = 0.0
+
+    def after(self, rates: Sequence[Moments]) -> Share:
+        """Return the share after cuts with these changes per millimetre of depth."""
+        shares = [*self.patched, *(() if self.scan is None else (self.scan.after(rates),))]
+        shares += [Share.of(rate.scaled(self.off_faces_mm), self.places) for rate in rates]
+        return root_sum(shares, self.places)
+
+
+def scan_share(crank: Crank, accuracy_mm: float | None, places: Places) -> ScanShare | None:
+    """Return the uncertainty of the unbalance by a scan and closed holes; None if there is neither."""
+    off_faces_mm = 0.0 if crank.beside is None else crank.beside.against.p95_mm
+    crank = crank.weighed
+    patched = tuple(Share.of(off, places) for off in crank.patch_moments)
+    if crank.anatomy.scan is None:
+        return ScanShare(None, patched, places, off_faces_mm) if patched or off_faces_mm else None
+    calibration = crank.calibration
+    uncertainty = scan_uncertainty(
+        crank.patches,
+        crank.anatomy.scan,
+        crank.moments,
+        crank.density_g_mm3,
+        accuracy_mm,
+        places,
+        None if calibration is None or calibration.by != "skin" else calibration.covariance,
+    )
+    return ScanShare(uncertainty, patched, places, off_faces_mm)
+
+
+# A crank's solid as the bytes of a file of any format that can hold it.
+
+
+def encoded(source: Source, ending: str, unit: str | None = None) -> bytes:
+    """Return a solid as the bytes of a file.
+
+    Parameters
+    ----------
+    source : Source
+    ending : str
+        Of the file, ``.3mf`` say.
+    unit : str or None
+        mm, cm, m or inch; None: that of the source, or what the format prescribes.
+
+    Raises
+    ------
+    FormatError If the format or the unit is unknown, or the format keeps true surfaces and the source has
+    triangles.
+    """
+    name = name_of_ending(ending.lower().lstrip("."))
+    kind = format_named(name)
+    if unit is not None and unit not in MM_PER:
+        raise FormatError(f"the unit '{unit}' is not known; expected one of {', '.join(MM_PER)}")
+    if kind.exact:
+        if source.exact is None:
+            raise FormatError(f"a mesh cannot be saved as {ending}; choose .stl, .obj, .ply or .3mf")
+        return source.exact.solid.step(unit or source.exact.unit, source.exact.name)
+    return encode(source.solid.mesh, name, _mm_per_unit(kind, unit, source.mm_per_unit))
+
+
+def _mm_per_unit(kind: Format, unit: str | None, own: float) -> float:
+    if kind.mm_per_unit is not None:
+        if unit is not None and MM_PER[unit] != kind.mm_per_unit:
+            its = next(name for name, mm in MM_PER.items() if mm == kind.mm_per_unit)
+            raise FormatError(f"{kind.name.upper()} is in {its}, the unit given is {unit}; leave it out")
+        return kind.mm_per_unit
+    return own if unit is None else MM_PER[unit]

@@ -1,4 +1,7 @@
-"""Measuring of a crank file: it is read, recognised, its chordal error estimated."""
+"""Measuring of a crank file: it is read, recognised, compared with another.
+
+Its chordal error estimated.
+"""
 
 from __future__ import annotations
 
@@ -8,21 +11,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from autobalance.balancing.against import against_drawing
-from autobalance.balancing.crank_size import refuse_density, refuse_size
 from autobalance.balancing.facet_correction import NOT_ASKED, FacetCorrection
 from autobalance.balancing.measured import Crank, ScannedBeside, holds_crankpins
+from autobalance.balancing.record import FaceOffer
 from autobalance.balancing.scan_calibration import Calibration, Scanned, calibration_of
-from autobalance.correction import kind_of
-from autobalance.crank.against import aligned, turned
+from autobalance.balancing.typed_effects import refuse_density, refuse_size
+from autobalance.correction import face_depths_mm, kind_of
+from autobalance.crank.against import Against, Aligned, aligned, turned
 from autobalance.crank.anatomy import Anatomy, Overrides
-from autobalance.crank.faces import find_faces
+from autobalance.crank.faces import find_faces, find_rims, lowering_worth_g_mm_per_mm
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.disk_cache import digest_of, kept
 from autobalance.errors import BodiesError, JobError, OverlapError, RecognitionError
 from autobalance.job import Balance, Crankshaft, Job
 from autobalance.known import once
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.runtime import Stopwatch
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.solid.chordal_error.of_mesh import chordal_error_of_mesh
@@ -31,6 +34,39 @@ from autobalance.solid.formats.read import Source, read
 
 if TYPE_CHECKING:
     from autobalance.balancing.record import InputFile, TrueSurfaces
+
+
+# A measured crank compared with another one: a scan against its drawing.
+
+
+def against_drawing(crank: Crank, drawing: Crank, file: str, alignment: Aligned | None = None) -> Against:
+    """Hold a crank against another one; ``alignment`` is known where both were aligned before."""
+    mesh = crank.source.solid.mesh
+    if alignment is None:
+        alignment = aligned(mesh, crank.anatomy, drawing.source.solid.mesh, drawing.anatomy)
+    off, weights = alignment.distances_mm, alignment.weights / alignment.weights.sum()
+    order = np.argsort(np.abs(off))
+    within = order[min(int(np.searchsorted(np.cumsum(weights[order]), 0.95)), len(order) - 1)]
+    worst = int(order[-1])
+    frame = crank.anatomy.file_to_rotor
+    there = (alignment.turn[:3, :3] @ drawing.moments.first_g_mm)[:2]
+    return Against(
+        file,
+        float(weights @ off),
+        float(np.sqrt(weights @ off**2)),
+        float(abs(off[within])),
+        float(off[worst]),
+        frame[:3, :3] @ mesh.vertices[worst] + frame[:3, 3],
+        drawing.moments.mass_g,
+        there,
+        crank.moments.mass_g - drawing.moments.mass_g,
+        crank.moments.first_g_mm[:2] - there,
+        off,
+    )
+
+
+# Measuring of a crank file: it is read, recognised, its chordal error estimated.
+
 
 BODIES_MOST = 40
 """Most bodies tried as one pressed-up crank unasked: halves, pins, balls, plugs."""
@@ -300,7 +336,7 @@ def facets_of(
 def _facets_of(source: Source, density_g_mm3: float, anatomy: Anatomy, fit: bool) -> ChordalError:
     frame = anatomy.file_to_rotor
     if source.exact is not None:  # measured on the true surfaces
-        from autobalance.solid.cad.doubt import doubt_of
+        from autobalance.solid.cad.soundness import doubt_of
 
         return doubt_of(source.exact.gaps, density_g_mm3, frame)
     mesh = source.solid.mesh
@@ -329,3 +365,25 @@ def surfaces_entry(crank: Crank) -> TrueSurfaces | None:
         return None
     faceted = crank.source.solid.moments(crank.density_g_mm3, crank.anatomy.file_to_rotor)
     return TrueSurfaces(exact.solid.face_kinds(), crank.moments - crank.calibrated - faceted)
+
+
+# Faces of a crank that a correction can use, with the unbalance per millimetre of each.
+
+
+def offered_faces(crank: Crank) -> tuple[FaceOffer, ...]:
+    """Return the faces on webs and the rims, the largest unbalance per millimetre first."""
+    faces = tuple(face for face in crank.faces if face.web is not None)
+    rims = find_rims(crank.source.solid.mesh, crank.anatomy)
+    depths = face_depths_mm(crank.source.solid, crank.anatomy, crank.density_g_mm3, faces, rims)
+    offers = [
+        FaceOffer(face, lowering_worth_g_mm_per_mm(face, crank.density_g_mm3), depths.get(face.id))
+        for face in (*faces, *rims)
+    ]
+    return tuple(
+        sorted(
+            offers,
+            key=lambda candidates: (
+                -float(candidates.unbalance_per_mm_g_mm @ candidates.unbalance_per_mm_g_mm)
+            ),
+        )
+    )

@@ -1,4 +1,4 @@
-"""Measuring of a cut crank: on the bytes of its file, on its own triangles, or on its true surfaces."""
+"""One pass of the loop: the untouched crank cut to planned depths, and measured."""
 
 from __future__ import annotations
 
@@ -8,24 +8,30 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from autobalance.balancing.rotor import Rotor
-from autobalance.balancing.taken import one_by_one
+from autobalance.balancing.rotor_from_job import Rotor
+from autobalance.balancing.web_metal import one_by_one
 from autobalance.correction.contract import Correction, Cut
 from autobalance.correction.cut import Made, as_taken
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import RecognitionError, SolidError
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.csg.solid import Solid
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
+from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.csg.tool import Tool, placed
 from autobalance.solid.formats.read import as_read, source_of
 from autobalance.solid.formats.write import Written
 from autobalance.solid.mesh.measure import soup_moments
 from autobalance.solid.soundness.repair import without_crowds
-from autobalance.types import Floats
+from autobalance.solid.soundness.validate import without_flakes
+from autobalance.types import Array, Floats
 
 if TYPE_CHECKING:
-    from autobalance.solid.cad.machining import Taken
+    from autobalance.solid.cad.build import Taken
+
+
+# Measuring of a cut crank: on the bytes of its file, on its own triangles, or on its true surfaces.
+
 
 SAME_VOLUME = 1e-9
 """Share by which the volume read back may differ from that of the loose triangles written."""
@@ -154,7 +160,7 @@ def on_true_surfaces(rotor: Rotor, in_facets: Solid, cut_depths: Made) -> Measur
     SolidError
         If the CAD kernel cannot make the cut, or makes another one.
     """
-    from autobalance.solid.cad.step import written_and_read
+    from autobalance.solid.cad.brep import written_and_read
 
     exact = rotor.exact
     assert exact is not None  # checked where this way of measuring was chosen
@@ -249,3 +255,64 @@ def _refuse_contradiction(
             f"the cuts remove {total:.6g} mm³ singly, but {removed_mm3:.6g} mm³ together: the file's edges "
             "lie off its faces there. Export it with a tighter tolerance, or use a mesh of the part"
         )
+
+
+# One pass of the loop: the untouched crank cut to planned depths, and measured.
+
+
+@dataclass(frozen=True, eq=False)
+class Pass:
+    """A cut crank as it was measured, and the bodies of its cuts (rotor frame).
+
+    ``metal`` is the metal that all of them took of a scanned crank, in the file's axes; None of a drawn one.
+    """
+
+    depths_mm: Array
+    tools: tuple[Solid, ...]
+    solid: Solid
+    measured: Measured
+    moments: Moments
+    residual: Unbalance
+    share: float
+    metal: Solid | None = None
+
+
+def cut_and_measure(
+    rotor: Rotor,
+    tolerance: Tolerance,
+    cuts: Sequence[Cut],
+    depths_mm: Array,
+    measure: Measure,
+) -> Pass:
+    """Cut the untouched crank to these depths, one a cut, and measure it.
+
+    Raises
+    ------
+    SolidError
+        If the cut cannot be made, or the cut solid is not a crank any more.
+    """
+    cut_depths = made_cuts(cuts, depths_mm)
+    tools = tuple(cut.tool(depth) for cut, depth in cut_depths)
+    solid, pressed_in, metal = rotor.solid, Moments.zero(), None
+    for adds in (True, False):
+        chosen = [tool for tool, (cut, _) in zip(tools, cut_depths, strict=True) if cut.adds_metal == adds]
+        if chosen:
+            tool = union(chosen).moved(rotor.anatomy.rotor_to_file)
+            if adds:
+                solid = solid + tool
+            elif rotor.anatomy.scan is None:
+                solid = solid - tool
+            else:
+                metal, solid = solid.split(tool)
+    solid = without_flakes(solid, rotor.solid)
+    for cut, depth in cut_depths:
+        pressed_in = pressed_in + cut.pressed_in(depth)
+    measured = measure(rotor, solid, cut_depths)
+    moments = measured.moments + measured.added + pressed_in
+    residual = Unbalance.of(moments + rotor.loads)
+    return Pass(depths_mm, tools, solid, measured, moments, residual, tolerance.used_share(residual), metal)
+
+
+def made_cuts(cuts: Sequence[Cut], depths_mm: Array) -> tuple[tuple[Cut, float], ...]:
+    """Return the cuts that are made, each with its depth."""
+    return tuple((cut, float(depth)) for cut, depth in zip(cuts, depths_mm, strict=True) if depth > 0.0)

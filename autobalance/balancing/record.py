@@ -22,11 +22,10 @@ if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that t
     from autobalance.crank.anatomy import Anatomy, Face
     from autobalance.crank.sections import Section, WebWeight
     from autobalance.job.model import ThrowOil
-    from autobalance.rigid_rotor.moments import Moments
     from autobalance.rigid_rotor.staged_assembly import AssemblyStage
     from autobalance.rigid_rotor.tolerance import Tolerance
-    from autobalance.rigid_rotor.unbalance import Unbalance
-    from autobalance.running_gear.force_summary import ShakingForce
+    from autobalance.rigid_rotor.unbalance import Moments, Unbalance
+    from autobalance.running_gear.roll import ShakingForce
 
 
 @dataclass(frozen=True)

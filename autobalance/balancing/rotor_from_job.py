@@ -1,26 +1,79 @@
-"""A job and its crank become a rotor: what hangs on the throws, the factor, what it is judged against."""
+"""Rotor that is balanced, from a job and its crank: the solid, what hangs on the throws, the factor.
+
+What it is judged against.
+"""
 
 from __future__ import annotations
 
+import cmath
 import math
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from autobalance.crank.anatomy import Anatomy, Doubt, MainJournal, Pin
-from autobalance.crank.exchanged import exchanged
+from autobalance.correction.contract import Correction, EarlierCut
+from autobalance.crank.anatomy import Anatomy, Doubt, Face, MainJournal, Pin, exchanged
 from autobalance.errors import JobError
 from autobalance.job import Attached, EngineParts, Job, PartWeights, Weight
 from autobalance.job.model import LinkRod, ThrowParts
+from autobalance.job.model.engine import AssemblyEntry
 from autobalance.quantities import Quantity, joined, said
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.staged_assembly import AssemblyStage, Part, ShaftState, assemble
 from autobalance.rigid_rotor.tolerance import OtherRotor, Tolerance
-from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.running_gear.balance_factor import balance_factor, bob_weight_moments
-from autobalance.running_gear.parts import Parts, ThrowLoad
+from autobalance.rigid_rotor.unbalance import Budget, Moments, Unbalance
+from autobalance.running_gear.parts import Parts, ThrowLoad, balance_factor, bob_weight_moments
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.formats.read import read
+from autobalance.types import Floats
 from autobalance.units import MM_PER
+
+if TYPE_CHECKING:
+    from autobalance.solid.cad.brep import Exact
+
+
+# Rotor that is balanced: the crank as a solid, its moments, and the loads that turn with it.
+
+
+@dataclass(frozen=True, eq=False)
+class Rotor:
+    """Rotor that is balanced: the crank in file coordinates [mm] and the loads that turn with it.
+
+    ``exact`` is the crank with its true surfaces, if its file keeps them: plans are made on ``solid``, its
+    triangles, and the exact solid is cut. ``moments`` are the bare crank's and ``loads`` those of bob-weights
+    and attached rotors, both in the rotor frame. ``loads_per_factor`` is the derivative of the loads with the
+    balance factor ``factor``. ``budget`` gives the residual's uncertainty, from the bare crank's moments, the
+    corrections made on it and the solid left; None if that is unknown. ``hidden`` gives the moments between
+    the facets (loose triangles, file coordinates) and the smooth surface, which ``moments`` include; None:
+    nothing is added. ``added`` is the share of a calibration or a scan in them, cut or not. ``earlier`` are
+    the cuts of earlier stages, which count if cuts are limited in number.
+    """
+
+    solid: Solid
+    moments: Moments
+    density_g_mm3: float
+    anatomy: Anatomy
+    faces: tuple[Face, ...]
+    loads: Moments
+    loads_per_factor: Moments
+    factor: float
+    budget: Callable[[Moments, Sequence[Correction], Solid | None], Budget] | None = None
+    exact: Exact | None = None
+    hidden: Callable[[Floats], Moments] | None = None
+    earlier: tuple[EarlierCut, ...] = ()
+    added: Moments = field(default_factory=Moments.zero)
+
+    def doubt(
+        self, bare: Moments, corrections: Sequence[Correction] = (), left: Solid | None = None
+    ) -> Budget | None:
+        """Return the uncertainty of the residual of the solid ``left``, None where that is not known."""
+        return None if self.budget is None else self.budget(bare, corrections, left)
+
+
+# A job and its crank become a rotor: what hangs on the throws, the factor, what it is judged against.
+
 
 CRANKPIN = "crankpin"
 """The part in ``crankpin_g`` that is the pin itself, of a crank whose file does not hold it."""
@@ -343,3 +396,50 @@ def _crankpins_not_in_file(job: Job, anatomy: Anatomy) -> Moments:
         if pin is not None:
             total = total + Moments.point(pin.mass_g, throw.crankpin.centre_mm)
     return total
+
+
+# The staged assembly of a job, on the crank as it was left.
+
+
+def staged_assembly(job: Job, tolerance: Tolerance, residual: Unbalance) -> tuple[AssemblyStage, ...]:
+    """Put the parts of a job on, in the order listed.
+
+    The crank's shaft starts from the residual as judged, and from the rotor mass that it is judged with.
+
+    Raises
+    ------
+    JobError
+        If a part's solid cannot be measured.
+    """
+    if not job.assembly:
+        return ()
+    crank = ShaftState(
+        tolerance.rotor_mass_g, complex(*residual.resultant_g_mm), complex(*residual.moment_g_mm2)
+    )
+    parts = [_assembled_part(each, job) for each in job.assembly]
+    return assemble(crank, parts, tolerance.grade_mm_s, tolerance.service_speed_rad_s)
+
+
+def _assembled_part(entry: AssemblyEntry, job: Job) -> Part:
+    mass, unbalance, own_moment = entry.mass_g, entry.unbalance_g_mm, 0j
+    if entry.solid is not None:
+        moments = read(entry.solid.file, entry.solid.unit, "all").moments(entry.solid.density_g_mm3)
+        turn = cmath.exp(1j * entry.solid.turn_rad)
+        mass = moments.mass_g
+        unbalance = turn * complex(*moments.first_g_mm[:2])
+        own_moment = turn * complex(*moments.second_g_mm2[:2, 2])
+    if mass is None:
+        raise JobError(f"{job.path.name}: assembly part {entry.name!r} has no mass")
+    return Part(
+        entry.name,
+        entry.shaft,
+        mass,
+        entry.z_mm,
+        unbalance,
+        entry.z_mm * unbalance + own_moment,
+        entry.runout_mm,
+        entry.key,
+        entry.correct_mm,
+        entry.permissible_g_mm,
+        entry.speed_ratio,
+    )

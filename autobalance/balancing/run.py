@@ -17,14 +17,13 @@ from autobalance.balancing import (
     uncertainty_budget,
 )
 from autobalance.balancing.comparison import ComparedRow, compare
+from autobalance.balancing.engine_from_job import with_oil
 from autobalance.balancing.external import carried_unbalances, with_external
-from autobalance.balancing.kept import KeptPlan, balanced_as_kept, refuse_other_crank
-from autobalance.balancing.listed import cut_as_listed
+from autobalance.balancing.kept import KeptPlan, balanced_as_kept, cut_as_listed, refuse_other_crank
 from autobalance.balancing.loop import Result, balance, planned
-from autobalance.balancing.measured import Crank
+from autobalance.balancing.measured import Crank, scan_share
 from autobalance.balancing.measured_crank import input_file, work_on_faces
 from autobalance.balancing.measuring import Measure, as_file, in_memory, on_true_surfaces
-from autobalance.balancing.oil_from_job import with_oil
 from autobalance.balancing.plausibility import oddities
 from autobalance.balancing.record import (
     Balanced,
@@ -37,8 +36,7 @@ from autobalance.balancing.record import (
     Overbalance,
     Record,
 )
-from autobalance.balancing.rotor import Rotor
-from autobalance.balancing.scan_share import scan_share
+from autobalance.balancing.rotor_from_job import Rotor
 from autobalance.balancing.sections import State
 from autobalance.balancing.web_metal import web_metal
 from autobalance.correction import Limits, finishing
@@ -49,10 +47,9 @@ from autobalance.errors import CorrectionError, JobError
 from autobalance.job import Job
 from autobalance.job.limits import limits_of_every_kind
 from autobalance.quantities import joined
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
-from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.running_gear.balance_factor import bob_weight_moments
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
+from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.runtime import Notify, Stopwatch
 from autobalance.solid.formats.read import Source
 
@@ -325,7 +322,7 @@ def _named_faces(result: Result) -> tuple[Face, ...]:
 def _staged_assembly(job: Job, tolerance: Tolerance, residual: Unbalance) -> tuple[AssemblyStage, ...]:
     if not job.assembly:
         return ()
-    from autobalance.balancing.assembly_from_job import staged_assembly  # only where parts are put on
+    from autobalance.balancing.rotor_from_job import staged_assembly  # only where parts are put on
 
     return staged_assembly(job, tolerance, residual)
 

@@ -17,8 +17,8 @@ import numpy as np
 from autobalance.balancing.scan_uncertainty import ONE_AXIS_SIGMAS_95, Patches, mass_noise_g, systematic
 from autobalance.crank.anatomy import Anatomy, Pin
 from autobalance.errors import JobError
-from autobalance.job.model.crank_readings import Calibrate, CrankReadings
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.job.model.engine import Calibrate, CrankReadings
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array

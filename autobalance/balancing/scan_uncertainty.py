@@ -8,10 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.crank.scan import ScanFit
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.rigid_rotor.uncertainty import Places, Share, root_sum
+from autobalance.crank.datums import ScanFit
+from autobalance.rigid_rotor.unbalance import Moments, Places, Share, Unbalance, root_sum
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.roughness.estimate import smoothed_normals
 from autobalance.types import Array

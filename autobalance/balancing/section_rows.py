@@ -8,17 +8,16 @@ from typing import Literal
 
 import numpy as np
 
+from autobalance.balancing.engine_from_job import rooms_of
 from autobalance.balancing.measured import Crank
-from autobalance.balancing.oil_from_job import rooms_of
 from autobalance.balancing.rotor_from_job import attached_moments, throw_loads, tolerance_of
-from autobalance.correction.holes.metal import HoleMetal, holes_of
+from autobalance.correction.holes.bores import HoleMetal, holes_of
 from autobalance.correction.holes.surface import Surface
 from autobalance.crank.anatomy import Throw, Web
 from autobalance.crank.sections import Kind, Section, away_from_crankpin
 from autobalance.job import Job
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
-from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
 

@@ -11,7 +11,7 @@ from autobalance.balancing.measured import Crank
 from autobalance.declare import decoded, described
 from autobalance.errors import AutobalanceError
 from autobalance.job import Job
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.runtime import Notify
 from autobalance.solid.csg.solid import Solid
 

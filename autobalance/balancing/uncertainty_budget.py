@@ -10,14 +10,14 @@ import numpy as np
 
 from autobalance.balancing import rotor_from_job
 from autobalance.balancing.facet_correction import FacetCorrection
-from autobalance.balancing.scan_share import ScanShare
+from autobalance.balancing.measured import ScanShare
 from autobalance.correction.contract import Correction
 from autobalance.crank.anatomy import Anatomy
 from autobalance.job import EngineParts, Job, PartWeights
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
-from autobalance.rigid_rotor.uncertainty import (
+from autobalance.rigid_rotor.unbalance import (
     Budget,
+    Moments,
     Share,
     along_the_axis,
     displacement_share,
@@ -26,7 +26,7 @@ from autobalance.rigid_rotor.uncertainty import (
     root_sum,
     rounding_share,
 )
-from autobalance.running_gear.balance_factor import bob_weight_moments
+from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source

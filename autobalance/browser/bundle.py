@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from autobalance.browser.answers import asset
+from autobalance.browser.guard import asset
 
 FIRST = "app.js"
 OUTSIDE = "preact.min.js"

@@ -13,7 +13,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from autobalance.browser.answers import body_of, refused
+from autobalance.browser.guard import body_of, refused
 from autobalance.browser.project import APP_FOLDER
 from autobalance.errors import FormatError, file_errors
 from autobalance.types import Array

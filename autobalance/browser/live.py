@@ -11,14 +11,13 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from autobalance.browser.analyses import analyses
-from autobalance.browser.answers import body_of, file_of, packed, refused
 from autobalance.browser.forms import limits, tables
-from autobalance.browser.named_files import named_files
-from autobalance.browser.prediction import DRAGGED_KEYS, predicted
-from autobalance.browser.preview import preview
+from autobalance.browser.guard import body_of, file_of, packed, refused
+from autobalance.browser.prediction import DRAGGED_KEYS, predicted, preview
+from autobalance.browser.project import named_files
 from autobalance.browser.work import CARDS, MESH, MODEL, VIEW, WEBS
 from autobalance.errors import AutobalanceError
-from autobalance.toml_files.text import toml_text
+from autobalance.toml_files.document import toml_text
 
 if TYPE_CHECKING:
     from autobalance.browser.project import Project
@@ -56,9 +55,9 @@ class Live:
     async def kinds(self, request: Request) -> Response:
         """Return the source of the page's forms: kinds, tables and analyses, usual parts, grades, presets."""
         from autobalance.drawn_cranks.design import PRESETS
-        from autobalance.job.listed_cuts import LISTED_CUTS
+        from autobalance.job.balance import LISTED_CUTS
         from autobalance.job.template import USUAL_PARTS
-        from autobalance.rigid_rotor.grade import GRADES
+        from autobalance.rigid_rotor.tolerance import GRADES
 
         listed, forms, offered = await run_in_threadpool(lambda: (kinds(), tables(), analyses()))
         grades = [{"grade": each.grade_mm_s, "machinery": each.what} for each in GRADES]

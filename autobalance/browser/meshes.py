@@ -1,23 +1,89 @@
-"""A crank for the page's view: triangles with their parts; or what a run left of one."""
+"""A crank for the page's view and the notebook's: triangles with their parts, packed as plain binary."""
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Sequence
+import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.browser.buffers import along_a_curve, packed
+from autobalance import registry
+from autobalance.report.pictures.picture import crank_picture
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array, Indices
 
 if TYPE_CHECKING:
+    from autobalance.balancing.measured import Crank
     from autobalance.crank.anatomy import Anatomy, Face, Pin
     from autobalance.crank.recognition.candidates import Candidate
     from autobalance.verbs.balance import BalanceResult
     from autobalance.verbs.inspect import InspectResult
+
+
+# Numbers for the page as plain binary: a head in JSON, then arrays, little-endian.
+
+
+GRID = 1023
+"""Steps of a coordinate along the curve that sorts triangles."""
+
+
+def packed(head: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    """Return a head and arrays as one buffer.
+
+    Its first four bytes are the length of the head. The head's ``arrays`` has for each name the place of its
+    first byte behind the head, the number of values and their kind (``f4``, ``u4``, ``u2``, ``u1``).
+
+    Examples
+    --------
+    >>> data = packed({"made": 1}, {"depths": np.array([1, 2], "<u2")})
+    >>> length = int.from_bytes(data[:4], "little")
+    >>> json.loads(data[4 : 4 + length])["arrays"], len(data) - 4 - length
+    ({'depths': [0, 2, 'u2']}, 4)
+    """
+    places: dict[str, list[Any]] = {}
+    parts: list[bytes] = []
+    size = 0
+    for name, array in arrays.items():
+        data = np.ascontiguousarray(array).tobytes()
+        data += b"\0" * (-len(data) % 4)
+        places[name] = [size, int(array.size), array.dtype.str.lstrip("<|")]
+        parts.append(data)
+        size += len(data)
+    text = json.dumps({**head, "arrays": places}, allow_nan=False).encode()
+    text += b" " * (-len(text) % 4)
+    return struct.pack("<I", len(text)) + text + b"".join(parts)
+
+
+def along_a_curve(points: Array) -> Indices:
+    """Return the order (n,) in which points (n, 3) lie along a curve that fills space (Morton's).
+
+    Neighbours on the curve are near each other, so that runs of it have small boxes: rays are shot through
+    those, without a tree.
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    cells = (points - low) * (GRID / np.maximum(high - low, 1e-12))
+    code = np.zeros(len(points), dtype=np.uint32)
+    for axis in range(3):
+        code |= _spread(cells[:, axis].astype(np.uint32)) << np.uint32(axis)
+    return np.argsort(code, kind="stable").astype(np.int64)
+
+
+def _spread(value: NDArray[np.uint32]) -> NDArray[np.uint32]:
+    """Return ten bits with two empty ones behind each."""
+    for shift, mask in ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249)):
+        value = (value | (value << np.uint32(shift))) & np.uint32(mask)
+    return value
+
+
+# A crank for the page's view: triangles with their parts; or what a run left of one.
+
 
 Part = dict[str, Any]
 CREASE_COSINE = math.cos(math.radians(28.0))
@@ -158,8 +224,7 @@ class _Marks:
 
 def result_view(result: BalanceResult) -> bytes:
     """Return the crank as it is left and the metal that went, as the report's page shows them."""
-    from autobalance.report.page.shown import Shown
-    from autobalance.report.page.view import view_data
+    from autobalance.report.page.view import Shown, view_data
 
     before = result.before.measured.source.solid
     record = result.record.balanced
@@ -194,3 +259,29 @@ def creases(corners: Array, triangles: Indices) -> NDArray[np.float32]:
     ends = np.stack([edges // len(corners), edges % len(corners)], axis=1)
     drawn: NDArray[np.float32] = corners[ends].reshape(-1, 6).astype("<f4")
     return drawn
+
+
+# A crank, or what a run left of one, to look at in a notebook.
+
+
+@dataclass(frozen=True)
+class Still:
+    """A picture that shows itself in a notebook."""
+
+    png: bytes
+
+    def _repr_png_(self) -> bytes:
+        return self.png
+
+
+def view(source: object, crank: Crank) -> Any:
+    """Return the app's view of a crank or a result, which turns.
+
+    A still picture of the crank where the extra ``notebook`` is not installed.
+    """
+    if find_spec("anywidget") is None:
+        return Still(crank_picture(crank.source.solid.mesh, crank.anatomy, crank.faces))
+    app = import_module(
+        f"autobalance.{registry.functions()['app']}"
+    ).app  # by its name: the app stands on this room
+    return app(source)

@@ -57,7 +57,7 @@ def buffer_of(source: Crank | BalanceResult) -> tuple[str, bytes]:
 
 def script() -> str:
     """Return the page's modules as one that imports nothing."""
-    from autobalance.browser.answers import asset
+    from autobalance.browser.guard import asset
 
     parts = [asset("browser", f"static/{name}").decode() for name in MODULES]
     three = asset("report", "assets/three.min.js").decode()
@@ -65,6 +65,6 @@ def script() -> str:
 
 
 def style() -> str:
-    from autobalance.browser.answers import asset
+    from autobalance.browser.guard import asset
 
     return asset("browser", "static/notebook.css").decode()

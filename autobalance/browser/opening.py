@@ -10,12 +10,10 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from autobalance.browser.cranks import copied_crank, kept_jobs
-from autobalance.browser.named_files import FILE_KEYS
-from autobalance.browser.project import ABOVE_EXIT_CODE, JOB, STATE, Project, is_plain
+from autobalance.browser.project import ABOVE_EXIT_CODE, FILE_KEYS, JOB, STATE, Project, is_plain
 from autobalance.bundled import bundled_folder
 from autobalance.errors import FileError, FormatError
-from autobalance.toml_files.document import toml_of
-from autobalance.toml_files.text import toml_text
+from autobalance.toml_files.document import toml_of, toml_text
 
 REPORT = "report.json"
 JOBS = (".toml", ".xlsx")

@@ -17,14 +17,14 @@ from datetime import UTC, datetime
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from autobalance.browser.answers import jsonable
+from autobalance.browser.guard import jsonable
 from autobalance.browser.opening import job_of
 from autobalance.browser.project import ABOVE_EXIT_CODE, APP_FOLDER, RUN_ID, RUNS, STATE, Project
 from autobalance.browser.work import nothing, work
 from autobalance.errors import AutobalanceError
-from autobalance.job.changes import Difference, differences
+from autobalance.job.from_options import Difference, differences
 from autobalance.runtime import held_signals
-from autobalance.toml_files.text import toml_text
+from autobalance.toml_files.document import toml_text
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection

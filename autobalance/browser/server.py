@@ -16,14 +16,23 @@ from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Redire
 from starlette.routing import Route
 from starlette.types import ASGIApp
 
-from autobalance.browser.analyses import ANALYSES, wrong_request
-from autobalance.browser.analysis_files import AnalysisFiles
-from autobalance.browser.answers import asset, body_of, drained, file_of, jsonable, packed, refused
+from autobalance.browser.analyses import ANALYSES, AnalysisFiles, wrong_request
 from autobalance.browser.bundle import script, style
 from autobalance.browser.cranks import CrankNames
-from autobalance.browser.guard import TOKEN_HEADER, Guard, Keys, has_cookie
+from autobalance.browser.guard import (
+    TOKEN_HEADER,
+    Guard,
+    Keys,
+    asset,
+    body_of,
+    drained,
+    file_of,
+    has_cookie,
+    jsonable,
+    packed,
+    refused,
+)
 from autobalance.browser.live import Live
-from autobalance.browser.named_files import named_files
 from autobalance.browser.opening import (
     JOBS,
     duplicate_crank,
@@ -34,13 +43,12 @@ from autobalance.browser.opening import (
     open_own_job,
     open_report,
 )
-from autobalance.browser.project import RUN_ID, Project, TooLarge, is_plain
+from autobalance.browser.project import RUN_ID, Project, TooLarge, is_plain, named_files
 from autobalance.browser.runs import Runs
 from autobalance.browser.work import VERBS
 from autobalance.errors import AutobalanceError
-from autobalance.job.changes import differences
-from autobalance.toml_files.document import toml_of
-from autobalance.toml_files.text import toml_text
+from autobalance.job.from_options import differences
+from autobalance.toml_files.document import toml_of, toml_text
 from autobalance.version import __version__
 
 TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".json": "application/json"}

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from autobalance import registry
 from autobalance.browser.analyses import ANALYSES, keywords_of
 from autobalance.browser.project import Project
-from autobalance.profile_search.keys import START_TABLES
+from autobalance.profile_search.input import START_TABLES
 from autobalance.runtime import own_standard_output
 from autobalance.verbs.declaration import parameters_of
 
@@ -295,7 +295,7 @@ def _compare(request: Asked, place: Place, notify: Progress) -> int:
 def _picture(result: BalanceResult) -> bytes:
     """Return the corrected crank as a card of the board shows it."""
     from autobalance.report.balance.values import showable
-    from autobalance.report.page.shown import Shown
+    from autobalance.report.page.view import Shown
     from autobalance.report.pictures.picture import pictures
 
     record = result.record.balanced

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from autobalance.command.console import add_progress, mode_of
 from autobalance.command.options import (
     add_json,
     add_open,
@@ -16,7 +17,6 @@ from autobalance.command.options import (
     add_strict,
     chosen_pages,
 )
-from autobalance.command.progress import add_progress, mode_of
 from autobalance.command.verb import NOT_TYPED, Option, Verb
 from autobalance.solid.formats.table import endings
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
+from autobalance.command.console import add_progress, mode_of
 from autobalance.command.options import add_json, add_open, add_output, add_units
-from autobalance.command.progress import add_progress, mode_of
 from autobalance.command.verb import Option, Verb
 from autobalance.solid.formats.table import endings
 
@@ -28,8 +28,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Compare; 0 if some kind comes within tolerance (or no cut is needed), 4 if none does."""
     from pathlib import Path
 
+    from autobalance.command.console import shown
     from autobalance.command.finish import finish
-    from autobalance.command.progress import shown
     from autobalance.report.files import Staging
     from autobalance.verbs.compare import compare
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from autobalance.command.console import add_objects
 from autobalance.command.options import add_units
-from autobalance.command.progress import add_objects
 
 
 class Published(NamedTuple):
@@ -45,11 +45,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Balance the bundled crank to 28 % and to its original factor."""
     from autobalance import job
     from autobalance.bundled import bundled_folder
-    from autobalance.command.console import called_as, say, warn
-    from autobalance.command.progress import shown
+    from autobalance.command.console import called_as, say, shown, warn
     from autobalance.report.bundle import choice_of
     from autobalance.report.display_units import ON_SCREEN
-    from autobalance.report.wrapping import whole
+    from autobalance.report.tables import whole
     from autobalance.verbs.balanced_files import balance_to_files
     from autobalance.verbs.progress import telling
 

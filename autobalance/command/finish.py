@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING
 
 from autobalance.command.console import say, say_as_it_is, warn
 from autobalance.errors import UsageError
-from autobalance.report.earlier_files import remove_stale
-from autobalance.report.files import Staging, from_here
-from autobalance.report.wrapping import whole
+from autobalance.report.files import Staging, from_here, remove_stale
+from autobalance.report.tables import whole
 from autobalance.runtime import was_read
 
 if TYPE_CHECKING:
-    from autobalance.command.progress import Mode
+    from autobalance.command.console import Mode
     from autobalance.job import Job
     from autobalance.report.material import Choice
     from autobalance.verbs.balance import BalanceResult
@@ -209,7 +208,7 @@ def balanced(
     fem: bool = False,
 ) -> BalancedFiles:
     """Run a job and put its files in place; what it warns of is still to print."""
-    from autobalance.command.progress import shown
+    from autobalance.command.console import shown
     from autobalance.verbs.balanced_files import balance_to_files
     from autobalance.verbs.progress import telling
 

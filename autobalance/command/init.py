@@ -34,8 +34,7 @@ VERB = Verb(
 
 def run(arguments: argparse.Namespace) -> int:
     """Write a job; 0 unless the crank is bad."""
-    from autobalance.command.console import say
-    from autobalance.command.progress import shown
+    from autobalance.command.console import say, shown
     from autobalance.job.from_options import KEYS
     from autobalance.report.files import Staging
     from autobalance.verbs.init import init

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from autobalance.command.console import add_progress, mode_of, shown
 from autobalance.command.options import add_json, add_units
-from autobalance.command.progress import add_progress, mode_of, shown
 from autobalance.command.readers import bodies_named, body_of, places, unit_or_mm
 from autobalance.command.verb import (
     NOT_TYPED,
@@ -26,8 +26,7 @@ from autobalance.units import STEEL_KG_M3
 
 if TYPE_CHECKING:
     from autobalance.runtime import Progress
-    from autobalance.verbs.inspect import InspectResult
-    from autobalance.verbs.inspect_sections import TableOptions
+    from autobalance.verbs.inspect import InspectResult, TableOptions
 
 DENSITY_KEYS = {"crankshaft.density", "crankshaft.density_kg_m3"}
 CRANKPIN_IN_FILE = {"yes": True, "no": False}
@@ -183,7 +182,7 @@ def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResu
 def _table(arguments: argparse.Namespace) -> TableOptions | None:
     """Return the options of the section table; None where none is requested."""
     from autobalance.toml_files.typed_units import length_mm
-    from autobalance.verbs.inspect_sections import DATUMS, TableOptions
+    from autobalance.verbs.inspect import DATUMS, TableOptions
 
     datum, oil = arguments.datum, arguments.oil_density_kg_m3
     if not arguments.sections:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from autobalance.command.console import add_progress, mode_of
 from autobalance.command.options import (
     add_json,
     add_open,
@@ -13,7 +14,6 @@ from autobalance.command.options import (
     add_strict,
     chosen_pages,
 )
-from autobalance.command.progress import add_progress, mode_of
 from autobalance.command.verb import Option, Verb
 
 VERB = Verb(
@@ -31,9 +31,8 @@ VERB = Verb(
 def run(arguments: argparse.Namespace) -> int:
     """Cut further; 0 within tolerance, 4 above it or where the machine cannot show it."""
     from autobalance.command.balance import page_of
-    from autobalance.command.console import say_as_it_is, warn
+    from autobalance.command.console import say_as_it_is, shown, warn
     from autobalance.command.finish import judged, say_result
-    from autobalance.command.progress import shown
     from autobalance.errors import UsageError
     from autobalance.report.balance.recut_text import recut_text
     from autobalance.report.balance.values import dumps

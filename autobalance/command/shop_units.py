@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from autobalance.errors import AutobalanceError
-from autobalance.report.earlier_files import earlier_report
+from autobalance.report.files import earlier_report
 from autobalance.toml_files.document import text_of, toml_of
 from autobalance.user_folders import shop_file
 

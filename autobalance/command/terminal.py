@@ -12,8 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 
-from autobalance.report.tables import DRAWN_BY, Rows, fitted_table, has_heading
-from autobalance.report.wrapping import fitted
+from autobalance.report.tables import DRAWN_BY, Rows, fitted, fitted_table, has_heading
 
 STYLES = {
     "bold red": r"(NOT WITHIN|ABOVE) TOLERANCE",

@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from autobalance.command import readers
-from autobalance.command.help_groups import most_used_first
-from autobalance.command.options import add_json
-from autobalance.command.progress import add_objects
+from autobalance.command.console import add_objects
+from autobalance.command.options import add_json, most_used_first
 from autobalance.verbs.declaration import REQUIRED, Parameter, parameters_of
 
 Keywords = dict[str, Any]
@@ -186,8 +185,8 @@ class Verb(NamedTuple):
         """Call the function, write and print its result; return the exit code."""
         from importlib import import_module
 
+        from autobalance.command.console import shown
         from autobalance.command.finish import finish
-        from autobalance.command.progress import shown
 
         keywords = self.keywords(arguments)
         module, name = self.function.split(":")
@@ -304,7 +303,7 @@ def tell_commas(options: Mapping[str, Any]) -> None:
 
 
 def _settings() -> Parameter:
-    from autobalance.verbs.common_parameters import COMMON as MEANINGS
+    from autobalance.verbs.declaration import COMMON as MEANINGS
 
     return Parameter("settings", "Sequence[str]", (), (), MEANINGS["settings"][1].partition(". ")[0])
 

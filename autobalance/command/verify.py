@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from autobalance.command.console import add_objects
 from autobalance.command.options import add_json, add_units, add_verbose
-from autobalance.command.progress import add_objects
 from autobalance.command.verb import Option, Verb
 
 VERB = Verb(

@@ -11,12 +11,9 @@ from typing import Annotated, Any
 import numpy as np
 
 from autobalance.correction.apart import TOUCHING_MM, keep_apart
-from autobalance.correction.contract import Apart, Correction, Figures, Item
-from autobalance.correction.envelope import Envelope, drawn_out
-from autobalance.correction.faces.curve import DepthCurve
-from autobalance.correction.faces.cut import FaceCut, patches_of
-from autobalance.correction.faces.kind import FaceKind
-from autobalance.correction.faces.layer import moments_scale, numbers_of, plane_moments
+from autobalance.correction.contract import Apart, Correction, Envelope, Figures, Item, drawn_out
+from autobalance.correction.faces.cut import FaceCut, FaceKind, patches_of
+from autobalance.correction.faces.layer import DepthCurve, moments_scale, numbers_of, plane_moments
 from autobalance.correction.faces.patches import (
     FaceLimits,
     Patch,
@@ -26,7 +23,7 @@ from autobalance.correction.faces.patches import (
     strip_along,
 )
 from autobalance.correction.kind import Candidates, Workpiece
-from autobalance.correction.refusals import refuse_out_of_range
+from autobalance.correction.relaxing import refuse_out_of_range
 from autobalance.crank.anatomy import Anatomy, Face, MainJournal, Pin
 from autobalance.declare import NOT_NEGATIVE, POSITIVE
 from autobalance.errors import CorrectionError

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.correction.contract import Apart, Cut
-from autobalance.correction.envelope import Envelope
+from autobalance.correction.contract import Apart, Cut, Envelope
 from autobalance.correction.holes.walls import segments_distance_mm
 from autobalance.types import Array, Indices
 

@@ -1,18 +1,92 @@
-"""The values that kinds of correction, planner, loop and report exchange: cuts, their rules, corrections."""
+"""The values that kinds of correction, planner, loop and report exchange: cuts, their rules.
+
+Envelopes, walls, corrections.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Protocol
 
 import numpy as np
 
-from autobalance.correction.envelope import Envelope
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.crank.anatomy import Anatomy
+from autobalance.rigid_rotor.unbalance import Moments
+from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
 from autobalance.types import Array
+
+# The envelopes of cuts.
+#
+# A cut's envelope is a set of convex pieces: hulls of a few corners, grown by a radius, each corner moving
+# in a straight line with the depth. A hole is one bar, a pocket a few blocks, a lowered face the prisms
+# under its triangles.
+
+
+OUTLINE_MM = 0.1
+"""Distance by which an outline may be simplified outwards for its envelope."""
+
+
+@dataclass(frozen=True, eq=False)
+class Envelope:
+    """Convex pieces that enclose the metal that a cut takes, adds or replaces (rotor frame).
+
+    At depth d a piece is all that lies within ``radius_mm`` (n,) of the hull of its corners
+    ``start_mm + d motion`` (n, k, 3).
+    """
+
+    start_mm: Array
+    motion: Array
+    radius_mm: Array
+
+    def corners(self, depth_mm: float) -> Array:
+        """Return the pieces' corners (n, k, 3) at a depth."""
+        return self.start_mm + depth_mm * self.motion
+
+    def joined(self, other: Envelope) -> Envelope:
+        return Envelope(*(np.concatenate(pair) for pair in zip(self._parts, other._parts, strict=True)))
+
+    @property
+    def _parts(self) -> tuple[Array, Array, Array]:
+        return self.start_mm, self.motion, self.radius_mm
+
+
+def bar(start_mm: Array, end_mm: Array, per_mm: Array, radius_mm: float) -> Envelope:
+    """Return the envelope of a round bar between two points; the second moves with the depth."""
+    return Envelope(
+        np.stack([start_mm, end_mm])[None], np.stack([0.0 * per_mm, per_mm])[None], np.array([radius_mm])
+    )
+
+
+def drawn_out(region: Region, height_mm: float, per_mm: float, to_rotor: Array) -> Envelope:
+    """Return the envelope over a plane region at a height, one end moving in z by ``per_mm`` a depth."""
+    wider = region.grown(OUTLINE_MM).simplified(0.5 * OUTLINE_MM)
+    base = wider.triangles()
+    level = np.full((len(base), 3, 1), height_mm)
+    foot = np.concatenate([base, level], axis=2) @ to_rotor[:3, :3].T + to_rotor[:3, 3]
+    moving = np.broadcast_to(per_mm * to_rotor[:3, 2], foot.shape)
+    start = np.concatenate([foot, foot], axis=1)
+    return Envelope(start, np.concatenate([0.0 * moving, moving], axis=1), np.zeros(len(base)))
+
+
+def blocks(low: Array, high: Array, low_motion: Array, high_motion: Array) -> Envelope:
+    """Return the envelope of blocks between two sets of corners (n, k, 3), which may move with the depth."""
+    corners, motion = np.concatenate([low, high], axis=1), np.concatenate([low_motion, high_motion], axis=1)
+    return Envelope(corners, motion, np.zeros(len(low)))
+
+
+def sector_corners(inner_mm: Array, outer_mm: Array, start_rad: Array, end_rad: Array) -> Array:
+    """Return the corners (n, 4, 2) of quadrilaterals around sectors of rings about the origin."""
+    far = outer_mm / np.cos(0.5 * (end_rad - start_rad))
+    pairs = [(inner_mm, start_rad), (inner_mm, end_rad), (far, start_rad), (far, end_rad)]
+    return np.stack([np.stack([r * np.cos(a), r * np.sin(a)], axis=-1) for r, a in pairs], axis=1)
+
+
+# The values that kinds of correction, planner, loop and report exchange: cuts, their rules, corrections.
+
 
 Prefer = Literal[
     "simple", "same_setup", "least_metal", "fewest_holes", "least_inertia_change", "most_inertia_removed"
@@ -224,3 +298,19 @@ class Figures(Protocol):
 
 Item = Mapping[str, Any]
 """A correction as the report lists it: `Correction` with its details as JSON values."""
+
+
+# Walls and spacing on a scan, with clearance for its roughness.
+
+
+CLEARANCE_STEP_MM = 0.01
+"""Step to which roughness is rounded up as clearance, since messages name walls."""
+
+
+def clear_of_roughness(limits: Limits, anatomy: Anatomy) -> Limits:
+    """Return limits whose walls and spacing hold on the surface below a scan's waves too."""
+    if anatomy.scan is None:
+        return limits
+    waves = math.ceil(anatomy.scan.roughness_mm / CLEARANCE_STEP_MM) * CLEARANCE_STEP_MM
+    walls = {name: getattr(limits, name, None) for name in ("min_wall_mm", "min_spacing_mm")}
+    return replace(limits, **{name: wall + waves for name, wall in walls.items() if wall is not None})

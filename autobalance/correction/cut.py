@@ -11,7 +11,7 @@ import numpy as np
 
 from autobalance.correction.contract import Correction, Cut
 from autobalance.crank.anatomy import Anatomy
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array
 

@@ -13,31 +13,47 @@ from autobalance.correction.contract import Correction, Count, Figures, Item, Va
 from autobalance.correction.cut import listed, on_step
 from autobalance.correction.faces.patches import heavy_vector
 from autobalance.correction.holes.bores import fitting_mm, old_sites
-from autobalance.correction.holes.cut import HoleCut, HoleSearch, Towards, direction_at
-from autobalance.correction.holes.drill_limits import MOST_OBLIQUITY_DEG, ZONES, DrillLimits
-from autobalance.correction.holes.drill_series import SAME_MM
-from autobalance.correction.holes.drill_sizes import likely_sizes_mm, widest_fitting_mm
-from autobalance.correction.holes.drill_words import lacks_counterweights, no_place, why_none
-from autobalance.correction.holes.hole import Hole, keep_apart
-from autobalance.correction.holes.kind import HoleKind
-from autobalance.correction.holes.largest_fit import ended_by, widest_mm
-from autobalance.correction.holes.missed import missed
-from autobalance.correction.holes.positions import listed_position, positions_of, unused_notes
+from autobalance.correction.holes.cut import (
+    HoleCut,
+    HoleKind,
+    HoleSearch,
+    Towards,
+    direction_at,
+    ended_by,
+    missed,
+    widest_mm,
+)
+from autobalance.correction.holes.drills import (
+    MOST_OBLIQUITY_DEG,
+    SAME_MM,
+    ZONES,
+    DrillLimits,
+    lacks_counterweights,
+    likely_sizes_mm,
+    no_place,
+    why_none,
+    widest_fitting_mm,
+)
+from autobalance.correction.holes.hole import Hole, keep_apart, listed_position, positions_of, unused_notes
 from autobalance.correction.holes.sites import Places, Site, in_sectors, make_holes, reach_of
+from autobalance.correction.holes.surface import in_zone, least_radius_mm
 from autobalance.correction.holes.trace import DrillTrace
 from autobalance.correction.holes.walls import HoleLimits
-from autobalance.correction.holes.zones import in_zone, least_radius_mm
 from autobalance.correction.kind import Candidates, Workpiece
-from autobalance.correction.refusals import (
+from autobalance.correction.relaxing import (
     ALL_AROUND,
+    MoreCuts,
+    Otherwise,
+    Relaxing,
+    deeper,
     refuse_wide,
+    thinner,
 )
-from autobalance.correction.relaxing import MoreCuts, Otherwise, Relaxing, deeper, thinner
 from autobalance.correction.trace import Trace, stated_number
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.quantities import bare_mm, mm, said
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 from autobalance.units import wrapped_deg

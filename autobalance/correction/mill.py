@@ -15,24 +15,28 @@ from typing import Any
 import numpy as np
 
 from autobalance.correction.apart import keep_apart
-from autobalance.correction.contract import Correction, Figures, Item
+from autobalance.correction.contract import Correction, Envelope, Figures, Item, blocks, sector_corners
 from autobalance.correction.cut import WalledCut, listed, on_step
-from autobalance.correction.envelope import Envelope, blocks, sector_corners
 from autobalance.correction.faces.patches import face_region, heavy_direction
 from autobalance.correction.holes.sites import in_sectors
 from autobalance.correction.kind import ENTRY_MM, KEPT_MM, Candidates, Kind, Workpiece
 from autobalance.correction.machining import SEGMENTS, AreaOperation, Operation
-from autobalance.correction.pockets.limits import MillLimits
-from autobalance.correction.pockets.pocket import CLEAR_MM, Pocket, lies_in, pockets
+from autobalance.correction.pockets.pocket import (
+    CLEAR_MM,
+    SKIN_MM,
+    Below,
+    MillLimits,
+    Pocket,
+    lies_in,
+    pockets,
+)
 from autobalance.correction.pockets.trace import PocketTrace, listed_pocket, listed_side
-from autobalance.correction.pockets.walls import SKIN_MM, Below
-from autobalance.correction.refusals import ALL_AROUND, wall_missed
-from autobalance.correction.relaxing import Relaxing, deeper, thinner
+from autobalance.correction.relaxing import ALL_AROUND, Relaxing, deeper, thinner, wall_missed
 from autobalance.correction.trace import Trace, stated_number
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError
 from autobalance.quantities import bare_mm, mm, said
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Prism, Shape, outline_area_mm2, outline_points
 from autobalance.solid.csg.solid import Solid

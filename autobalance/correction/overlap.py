@@ -17,7 +17,7 @@ import numpy as np
 from autobalance.correction.contract import Apart, Correction, Cut
 from autobalance.correction.cut import Made, as_taken
 from autobalance.crank.anatomy import Anatomy
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid, union
 
 MAX_OVERLAP_SHARE = 0.3

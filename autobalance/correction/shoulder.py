@@ -15,15 +15,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from autobalance.correction.contract import Correction, Figures, Item, SharedDepth
-from autobalance.correction.envelope import Envelope, drawn_out
-from autobalance.correction.faces.beside_pins import clear_of_pins
-from autobalance.correction.faces.curve import DepthCurve
-from autobalance.correction.faces.cut import FaceCut, part_name, patches_of
-from autobalance.correction.faces.depth_limit import DepthLimit, depth_limit
-from autobalance.correction.faces.kind import FaceKind
-from autobalance.correction.faces.layer import MAX_NORMAL_COMPONENT, FaceLayer
-from autobalance.correction.faces.lowering import BESIDE_MM, lowering
+from autobalance.correction.contract import Correction, Envelope, Figures, Item, SharedDepth, drawn_out
+from autobalance.correction.faces.cut import BESIDE_MM, FaceCut, FaceKind, lowering, part_name, patches_of
+from autobalance.correction.faces.depth_limit import DepthLimit, clear_of_pins, depth_limit
+from autobalance.correction.faces.layer import MAX_NORMAL_COMPONENT, DepthCurve, FaceLayer
 from autobalance.correction.faces.patches import (
     ROUNDING_SHARE,
     FaceLimits,
@@ -31,11 +26,10 @@ from autobalance.correction.faces.patches import (
     face_frame,
     half_plane_worth,
     heavy_direction,
+    under_face,
 )
-from autobalance.correction.faces.under_face import under_face
 from autobalance.correction.kind import Candidates, Workpiece
-from autobalance.correction.machining import Operation, face_operation
-from autobalance.correction.outline import loops_area_mm2, region_outline
+from autobalance.correction.machining import Operation, face_operation, loops_area_mm2, region_outline
 from autobalance.correction.overlap import overlaps
 from autobalance.crank.anatomy import Anatomy, Face, Web
 from autobalance.solid.csg.region import Region

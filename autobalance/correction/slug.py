@@ -11,29 +11,35 @@ import numpy as np
 
 from autobalance.correction.contract import Apart, Correction, Count, Cut, Figures, Item
 from autobalance.correction.faces.patches import heavy_vector
-from autobalance.correction.holes.cut import SAME_MM, HoleCut, HoleSearch, Towards, direction_at
-from autobalance.correction.holes.hole import Hole, keep_apart
-from autobalance.correction.holes.kind import HoleKind
-from autobalance.correction.holes.largest_fit import ended_by, widest_mm
-from autobalance.correction.holes.missed import missed
-from autobalance.correction.holes.positions import Position, listed_position, positions_of
+from autobalance.correction.holes.cut import (
+    SAME_MM,
+    HoleCut,
+    HoleKind,
+    HoleSearch,
+    Towards,
+    direction_at,
+    ended_by,
+    missed,
+    widest_mm,
+)
+from autobalance.correction.holes.hole import Hole, Position, keep_apart, listed_position, positions_of
 from autobalance.correction.holes.sites import Places, Site
-from autobalance.correction.holes.slug_fill import FLAT_BOTTOM_RAD, FillCut, PressedIn, fills
-from autobalance.correction.holes.slug_limits import SlugLimits
+from autobalance.correction.holes.slugs import FLAT_BOTTOM_RAD, FillCut, PressedIn, SlugLimits, fills
 from autobalance.correction.holes.surface import Surface
 from autobalance.correction.holes.trace import SlugTrace
 from autobalance.correction.holes.walls import HoleLimits
 from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.machining import Operation
-from autobalance.correction.refusals import (
+from autobalance.correction.relaxing import (
     ALL_AROUND,
+    MoreCuts,
+    Relaxing,
     refuse_wide,
 )
-from autobalance.correction.relaxing import MoreCuts, Relaxing
 from autobalance.correction.trace import Trace
 from autobalance.errors import CorrectionError
 from autobalance.quantities import Quantity, bare_mm, said
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
 from autobalance.units import wrapped_deg

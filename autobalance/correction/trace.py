@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from autobalance.correction.contract import Item, Limits
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import FormatError
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array

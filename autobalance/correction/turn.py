@@ -11,13 +11,19 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from autobalance.correction.contract import Correction, Figures, Item, Limits
+from autobalance.correction.contract import (
+    Correction,
+    Envelope,
+    Figures,
+    Item,
+    Limits,
+    blocks,
+    sector_corners,
+)
 from autobalance.correction.cut import EmptyPlace, listed, metal_within
-from autobalance.correction.envelope import Envelope, blocks, sector_corners
 from autobalance.correction.kind import Candidates, Kind, Workpiece
 from autobalance.correction.machining import Operation, rim_operation
-from autobalance.correction.refusals import STEP, refuse_out_of_range
-from autobalance.correction.relaxing import Relaxing, WiderLimits
+from autobalance.correction.relaxing import STEP, Relaxing, WiderLimits, refuse_out_of_range
 from autobalance.correction.rings.trace import (
     RingTrace,
     faceted_ring,
@@ -31,7 +37,7 @@ from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.declare import POSITIVE
 from autobalance.errors import CorrectionError
 from autobalance.quantities import mm, said
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Joined, Shape, equal_area
 from autobalance.solid.csg.solid import Solid, union

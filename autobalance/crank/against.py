@@ -1,8 +1,4 @@
-"""Alignment of a crank with another, as in a scan with its drawing: on axis and throws, then on all points.
-
-Distances are from the nearest of many points on the drawing, along the surface's own direction there
-(point to plane), and least squares over them gives the last of the alignment.
-"""
+"""Alignment of a crank with another, and the distances of their surfaces."""
 
 from __future__ import annotations
 
@@ -18,6 +14,12 @@ from autobalance.declare import UNWRITTEN, NotNegative, Pair, Positive, Triple
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.roughness.estimate import vertex_areas
 from autobalance.types import Array, Indices
+
+# Alignment of a crank with another, as in a scan with its drawing: on axis and throws, then on all points.
+#
+# Distances are from the nearest of many points on the drawing, along the surface's own direction there
+# (point to plane), and least squares over them gives the last of the alignment.
+
 
 POINTS = 400_000
 """Points on the drawing's surface."""
@@ -190,3 +192,31 @@ def _turned(vector: Array) -> Array:
 
     turn: Array = Rotation.from_rotvec(vector).as_matrix()
     return turn
+
+
+# Distances of a scanned crank's surface from the cylinders, rims and planes recognised in it.
+
+
+REACH_MM = 0.5
+"""Vertices farther from a cylinder than this do not belong to it: a fillet, a drilling."""
+
+
+def deviations_mm(mesh: Mesh, anatomy: Anatomy) -> Array:
+    """Return each vertex's deviation (n,) of a mesh in file axes, outside positive; NaN: on no surface."""
+    placed = mesh.moved(anatomy.file_to_rotor).vertices
+    off = np.full(len(placed), np.nan)
+    for pin in (*anatomy.main_journals, *(throw.crankpin for throw in anatomy.throws)):
+        low, high = pin.z_range_mm
+        away = np.hypot(placed[:, 0] - pin.centre_mm[0], placed[:, 1] - pin.centre_mm[1])
+        away -= 0.5 * pin.diameter_mm
+        here = (placed[:, 2] > low) & (placed[:, 2] < high) & (np.abs(away) < REACH_MM)
+        off[here] = away[here]
+    for web in anatomy.webs:
+        if web.outline is not None:
+            away = np.hypot(placed[:, 0], placed[:, 1]) - web.outline.rim_radius_mm
+            here = (placed[:, 2] > web.z_min_mm) & (placed[:, 2] < web.z_max_mm) & (np.abs(away) < REACH_MM)
+            off[here] = away[here]
+    for face in () if anatomy.scan is None else anatomy.scan.faces:
+        corners = np.unique(mesh.triangles.take(face.rows, axis=0))
+        off[corners] = (mesh.vertices.take(corners, axis=0) - face.centroid_mm) @ face.normal
+    return off

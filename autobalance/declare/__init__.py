@@ -11,7 +11,6 @@ field of a frozen dataclass::
         width_pm_mm: StandardError = None  # no key where it is None
 """
 
-from autobalance.declare.encode import Values, decoded, encoded
 from autobalance.declare.fields import (
     ABSENT,
     INLINE,
@@ -37,8 +36,11 @@ from autobalance.declare.fields import (
     Share,
     StandardError,
     Triple,
+    Values,
+    decoded,
     derived,
     described,
+    encoded,
     fields_of,
     marks_of,
     present,
@@ -47,18 +49,8 @@ from autobalance.declare.fields import (
 from autobalance.declare.keys import FILLED, REQUIRED, InFile, Key, Large, keys_of, made, names, optional
 from autobalance.declare.ranges import (
     ANY,
-    COUNTED,
-    MIN_POSITIVE,
-    NOT_NEGATIVE,
-    POSITIVE,
-    SHARE,
-    Pattern,
-    Range,
-    Size,
-    TypedIn,
-)
-from autobalance.declare.units import (
     BAR,
+    COUNTED,
     DEGREES,
     G_MM,
     GPA,
@@ -67,14 +59,18 @@ from autobalance.declare.units import (
     KG_M3,
     KG_MM2,
     KG_MM2_OF_SI,
+    MIN_POSITIVE,
     MM,
     MM3_S,
     MPA,
     MRAD,
     NEWTON_METRES,
     NEWTONS,
+    NOT_NEGATIVE,
     PERCENT,
+    POSITIVE,
     RPM,
+    SHARE,
     UM,
     UNIT_BY_ENDING,
     Bar,
@@ -87,7 +83,11 @@ from autobalance.declare.units import (
     Mrad,
     NewtonMetres,
     Newtons,
+    Pattern,
+    Range,
     Rpm,
+    Size,
+    TypedIn,
     Um,
     Unit,
     unit_of_name,

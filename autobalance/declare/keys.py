@@ -16,8 +16,7 @@ from types import UnionType
 from typing import Annotated, Any, NewType, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from autobalance.declare.fields import Named
-from autobalance.declare.ranges import ANY, Range, TypedIn
-from autobalance.declare.units import Unit, converted, unit_of_name
+from autobalance.declare.ranges import ANY, Range, TypedIn, Unit, converted, unit_of_name
 
 T = TypeVar("T")
 

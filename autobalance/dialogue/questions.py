@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from autobalance.balancing.crank_size import DENSITY_KG_M3
-from autobalance.balancing.usual_layout import holds_two_rods, layout_name, throws_cancel
+from autobalance.balancing.plausibility import holds_two_rods, layout_name, throws_cancel
+from autobalance.balancing.typed_effects import DENSITY_KG_M3
 from autobalance.correction import KINDS
 from autobalance.dialogue.conversation import AnswerError, Question, Talk
 from autobalance.errors import JobError
@@ -18,7 +18,7 @@ from autobalance.report.files import seen_from
 from autobalance.solid.formats.registry import needs_unit
 from autobalance.solid.formats.table import endings
 from autobalance.toml_files.convert import did_you_mean
-from autobalance.toml_files.typed_values import TYPED_UNITS
+from autobalance.toml_files.typed_units import TYPED_UNITS
 from autobalance.units import MM_PER
 
 if TYPE_CHECKING:

@@ -37,8 +37,7 @@ VERB = Verb(
 
 def run(arguments: argparse.Namespace) -> int:
     """Build a crank and write it; 0 unless the description is bad."""
-    from autobalance.command.console import say, say_as_it_is
-    from autobalance.command.progress import shown
+    from autobalance.command.console import say, say_as_it_is, shown
     from autobalance.drawn_cranks.verb import generate
     from autobalance.report.files import Staging
 

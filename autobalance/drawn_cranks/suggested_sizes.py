@@ -12,9 +12,9 @@ from autobalance.balancing.suggestions.wanted import Aim, Change, Refused, Sugge
 from autobalance.drawn_cranks.design import Design
 from autobalance.drawn_cranks.generate import exact_moments
 from autobalance.drawn_cranks.input import with_settings
-from autobalance.drawn_cranks.true_anatomy import crank_anatomy
+from autobalance.drawn_cranks.truth import crank_anatomy
 from autobalance.errors import AutobalanceError, JobError
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
 

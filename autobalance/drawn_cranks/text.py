@@ -5,7 +5,7 @@ from __future__ import annotations
 from autobalance.declare import present
 from autobalance.drawn_cranks.answer import DrawnEngine, GenerateReport
 from autobalance.report.balance.crank_text import anatomy_text, unbalance_text
-from autobalance.report.balance.suggestion_text import suggestions_text
+from autobalance.report.balance.sections_text import suggestions_text
 from autobalance.report.display_units import DisplayUnits
 
 

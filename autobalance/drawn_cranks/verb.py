@@ -24,21 +24,20 @@ from autobalance.drawn_cranks.answer import (
 from autobalance.drawn_cranks.design import Design, preset
 from autobalance.drawn_cranks.generate import crank_shape, crank_solid, exact_moments
 from autobalance.drawn_cranks.input import design_from, read_design, with_settings
-from autobalance.drawn_cranks.true_anatomy import crank_anatomy
+from autobalance.drawn_cranks.truth import crank_anatomy
 from autobalance.errors import JobError, UsageError
 from autobalance.report.records import balance as balance_records
 from autobalance.report.records import crank as records
 from autobalance.report.records import source
 from autobalance.report.records.stage import Suggestions
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.runtime import Progress
 from autobalance.solid.formats.registry import format_named
 from autobalance.solid.formats.write import through_file
 from autobalance.solid.mesh.measure import soup_moments
 from autobalance.toml_files.document import text_of
 from autobalance.units import G_PER_MM3_PER_KG_M3, MM_PER
-from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.declaration import documented
 from autobalance.verbs.progress import telling
 from autobalance.verbs.result import VerbResult
 
@@ -65,7 +64,7 @@ class GenerateResult(VerbResult):
     @cached_property
     def crank(self) -> Crank:
         """The crank as it is read from its triangles, recognised and measured."""
-        from autobalance.verbs.crank_in_memory import crank_from_mesh
+        from autobalance.verbs.crank import crank_from_mesh
 
         mesh = crank_solid(self.design).mesh
         return crank_from_mesh(mesh.vertices, mesh.triangles, self.design.density_kg_m3)
@@ -201,7 +200,7 @@ def _encoded(design: Design, target: Path, unit: str) -> tuple[bytes, int | None
     density_g_mm3 = design.density_kg_m3 * G_PER_MM3_PER_KG_M3
     if target.suffix.lower() in STEP_ENDINGS:
         from autobalance.solid.cad.brep import ExactSolid
-        from autobalance.solid.cad.step_file import read_step_file
+        from autobalance.solid.cad.files import read_step_file
 
         if unit != "mm":
             raise UsageError(f"--unit {unit}: STEP files are written in mm")

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from autobalance.declare import INLINE, NotNegative, Sha256, record
 from autobalance.finite_elements.analysis import Answer
-from autobalance.report.records.head import Head
+from autobalance.report.records.answers import Head
 
 
 @record

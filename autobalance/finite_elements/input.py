@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal
 
 from autobalance.declare import FILLED, POSITIVE, InFile, Key, Range, Values, keys_of, made
 from autobalance.errors import JobError
+from autobalance.finite_elements.analysis import Box, Hold, Load
 from autobalance.finite_elements.elasticity import Material
-from autobalance.finite_elements.statics import Box, Hold, Load
 from autobalance.job.model import LengthUnit
 from autobalance.toml_files.keys import plain, read_document
 from autobalance.units import STEEL_KG_M3

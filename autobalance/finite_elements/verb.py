@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.errors import UsageError
 from autobalance.finite_elements.answer import FemFile, FemReport
-from autobalance.report.plot_files import Plots
+from autobalance.report.plots import Plots
 from autobalance.runtime import Progress, no_progress
-from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.declaration import documented
 from autobalance.verbs.result import VerbResult
 
 if TYPE_CHECKING:
@@ -30,13 +30,13 @@ class FemResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the analysis as lines for people; always metric."""
-        from autobalance.finite_elements.text import fem_text
+        from autobalance.finite_elements.show import fem_text
 
         return fem_text(self.content)
 
     def plots(self) -> Plots:
         """Return plots of the result from mesh to mesh."""
-        from autobalance.finite_elements.plots import fem_plots
+        from autobalance.finite_elements.show import fem_plots
 
         return Plots(fem_plots(self.content))
 
@@ -140,7 +140,7 @@ def _read(job: FemJob) -> tuple[SurfaceSolid | Path, FemFile]:
 
 def _with_crankpins(job: FemJob) -> tuple[SurfaceSolid, FemFile]:
     """Return a pressed-up crank in one piece with its crankpins, in file coordinates."""
-    from autobalance.balancing.crankpins import with_crankpins
+    from autobalance.balancing.engine_from_job import with_crankpins
     from autobalance.finite_elements.mesher import SurfaceSolid
     from autobalance.verbs.crank import read_crank
 

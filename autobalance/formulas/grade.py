@@ -1,27 +1,57 @@
-"""``grade``: what a balance quality grade permits, what a residual achieves, and the list."""
+"""``grade``: the permissible unbalance of a grade, or the achieved grade; its report and text."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
 import numpy as np
 
+from autobalance.declare import NotNegative, Positive, Size, record
 from autobalance.errors import UsageError
-from autobalance.formulas.grade_answer import GradeReport
-from autobalance.report.plot_files import Drawn, Plots
-from autobalance.rigid_rotor.grade import GRADES, listed_grade, neighbours, specific_unbalance_mm
+from autobalance.report.display_units import DisplayUnits
+from autobalance.report.plots import Drawn, Plots
+from autobalance.report.records.answers import Head
 from autobalance.rigid_rotor.tolerance import (
+    GRADES,
+    Grade,
     TolerancePlane,
     achieved_grade_mm_s,
+    listed_grade,
+    neighbours,
     permissible_unbalance_g_mm,
     share_between_planes,
+    specific_unbalance_mm,
 )
 from autobalance.toml_files.typed_units import unbalance_unit
 from autobalance.units import G_MM_PER, G_PER, RAD_S_PER_RPM
 from autobalance.verbs.options import place_mm, positive
 from autobalance.verbs.result import VerbResult
+
+# The report of `grade`.
+
+
+@record
+class GradeReport(Head):
+    """Permissible unbalance of a rotor by its grade, and the grade that a residual achieves."""
+
+    command: Literal["grade"] = "grade"
+    grade_mm_s: Positive | None
+    speed_rpm: Positive | None
+    rotor_mass_g: Positive | None
+    permissible_g_mm: Positive | None
+    specific_unbalance_um: Positive | None
+    planes: Annotated[Sequence[TolerancePlane], Size(most=2)]
+    residual_g_mm: NotNegative | None
+    achieved_grade_mm_s: NotNegative | None
+    listed_grade_mm_s: Positive | None
+    grades: Sequence[Grade]
+
+
+# ``grade``: what a balance quality grade permits, what a residual achieves, and the list.
+
 
 USUAL_SPEEDS_RPM = (100.0, 20000.0)
 """Plotted if no speed is given: a slow marine diesel to a racing engine."""
@@ -35,7 +65,6 @@ class GradeResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the table of grades."""
-        from autobalance.formulas.grade_text import grade_text
         from autobalance.report.display_units import ON_SCREEN
 
         return grade_text(self.content, ON_SCREEN[units])
@@ -211,3 +240,32 @@ def _check(question: _GradeArguments) -> None:
         for place in places:
             if place is not None:
                 place_mm(name, place)
+
+
+# Grades as lines to read.
+
+
+def grade_text(report: GradeReport, units: DisplayUnits) -> str:
+    """Return the permissible unbalance of a grade, or the grade of a residual, and the table of grades."""
+    lines = []
+    if report.permissible_g_mm is not None and report.rotor_mass_g is not None:
+        lines.append(
+            f"G {report.grade_mm_s:g} at {report.speed_rpm:g} rpm, rotor"
+            f" {units.of_mass(report.rotor_mass_g)}: U_per"
+            f" {units.of_unbalance(report.permissible_g_mm)},"
+            f" e_per {report.specific_unbalance_um:.3f} µm"
+        )
+        if report.planes:
+            shares = ", ".join(
+                f"{plane.name} {units.of_unbalance(plane.permissible_g_mm)}" for plane in report.planes
+            )
+            lines.append(f"  in planes: {shares}")
+    if report.achieved_grade_mm_s is not None and report.residual_g_mm is not None:
+        listed = report.listed_grade_mm_s
+        lines.append(
+            f"{units.of_unbalance(report.residual_g_mm)} is G {report.achieved_grade_mm_s:.3f}"
+            + ("; coarser than any listed grade" if listed is None else f"; meets G {listed:g}")
+        )
+    lines.append("")
+    lines += [f"  G {row.grade_mm_s:<6g} {row.what}" for row in report.grades]
+    return "\n".join(lines).strip("\n")

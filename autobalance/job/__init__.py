@@ -1,6 +1,6 @@
 """Reading of TOML jobs into dataclasses, with conversion from outside units."""
 
-from autobalance.job.describe import describe
+from autobalance.job.from_options import describe
 from autobalance.job.model import (
     Attached,
     Balance,

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from autobalance.crank.assembly_parts import EQUAL_VOLUME_SHARE, AssemblyPart, Role
+from autobalance.crank.connecting_rod import EQUAL_VOLUME_SHARE, AssemblyPart, Role
 from autobalance.job.template import OtherParts
 
 TABLES: Mapping[Role, str] = {

@@ -1,21 +1,31 @@
-"""Options of a command line that stand for keys of a job, and the job that they make of a crank's file."""
+"""Options that stand for keys of a job, differences of two jobs, and a job in its file's own words."""
 
 from __future__ import annotations
 
+import copy
+import math
 import re
 import shlex
 import zlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
+from autobalance.crank.anatomy import PinHint
 from autobalance.errors import JobError, UsageError
-from autobalance.job.shop import located, with_shop
+from autobalance.job.layout import located, with_shop
+from autobalance.job.model import Crankshaft
+from autobalance.job.read import Job
+from autobalance.job.read_crankshaft import described_holes, described_readings
 from autobalance.solid.formats.registry import needs_unit
+from autobalance.toml_files.document import toml_text
 from autobalance.toml_files.settings import set_key, with_settings
-from autobalance.toml_files.text import toml_text
 from autobalance.toml_files.typed_units import FILL_IN
+from autobalance.units import G_PER_MM3_PER_KG_M3
 from autobalance.user_folders import SHOP_FILE
+
+# Options of a command line that stand for keys of a job, and the job that they make of a crank's file.
+
 
 Options = Mapping[str, Any]
 """Options by the names of `KEYS`; None if an option was left out."""
@@ -231,3 +241,110 @@ def was_changed(path: Path) -> bool:
 def filled_in(tables: Mapping[str, Any], lacks: Iterable[str]) -> dict[str, Any]:
     """Return tables in which keys that were left open are to fill in."""
     return with_settings(tables, [f'{key}="{FILL_IN}"' for key in lacks])
+
+
+# Differences between two jobs, key by key, in words.
+
+
+class Difference(NamedTuple):
+    """A value that two jobs have differently; None where one of them lacks it."""
+
+    key: str
+    was: Any
+    now: Any
+
+    def words(self) -> str:
+        """Return both values in words.
+
+        Examples
+        --------
+        >>> Difference("engine.stroke_mm", 50.0, None).words()
+        'engine.stroke_mm was 50.0, is not set now'
+        """
+
+        def shown(value: Any) -> str:
+            return "not set" if value is None else repr(value)
+
+        return f"{self.key} was {shown(self.was)}, is {shown(self.now)} now"
+
+
+def differences(was: Any, now: Any, key: str = "") -> Iterator[Difference]:
+    """Yield the differences between two jobs, or two tables at a key; an empty table counts as missing."""
+    if isinstance(was, dict | None) and isinstance(now, dict | None) and was != now:
+        was, now = was or {}, now or {}
+        for name in [*now, *(each for each in was if each not in now)]:
+            yield from differences(was.get(name), now.get(name), f"{key}.{name}" if key else name)
+    elif _are_tables(was) and _are_tables(now) and len(was) == len(now):
+        for number, (one, other) in enumerate(zip(was, now, strict=True), 1):
+            yield from differences(one, other, f"{key}[{number}]")
+    elif was != now:
+        yield Difference(key, was, now)
+
+
+def _are_tables(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(each, dict) for each in value)
+
+
+# A job as plain values for the report: in the job file's own words, defaults filled in.
+
+
+def describe(job: Job) -> dict[str, Any]:
+    """Return the job as JSON values; None for an optional key that is missing.
+
+    Everything has the units of the job file, so that ``parse`` takes it back once ``file`` and the Nones are
+    dropped.
+    """
+    filled = copy.deepcopy(dict(job.filled))
+    for key in job.lacks:
+        table, _, name = key.partition(".")
+        filled[table][name] = None
+    return {"file": str(job.path.resolve()), "crankshaft": _crankshaft(job), **filled}
+
+
+def _crankshaft(job: Job) -> dict[str, Any]:
+    """Return the present table; a crank that is an object is in its place."""
+    crank, hints, raw = job.crankshaft, job.crankshaft.overrides, job.raw.get("crankshaft", {})
+    weighed = crank.weighed
+    densities = {"density_kg_m3": crank.density_g_mm3, "density_pm_kg_m3": crank.density_pm_g_mm3}
+    return {
+        "file": raw.get("file", None if crank.file is None else str(crank.file)),
+        "unit": crank.unit,
+        **{
+            key: None if density is None else _as_said(raw.get(key), density / G_PER_MM3_PER_KG_M3)
+            for key, density in densities.items()
+        },
+        **_scan(crank, raw),
+        **({} if weighed.scan_accuracy_mm is None else {"scan_accuracy_mm": weighed.scan_accuracy_mm}),
+        **described_readings(weighed.readings),
+        **described_holes(weighed.holes),
+        "crankpin_in_file": crank.crankpin_in_file,
+        "axis_point_mm": _listed(hints.axis_point_mm),
+        "axis_direction": _listed(hints.axis_direction),
+        "crankpins": None if hints.crankpins is None else [_pin(pin) for pin in hints.crankpins],
+        "main_journals": None if hints.main_journals is None else [_pin(pin) for pin in hints.main_journals],
+        "body": crank.body,
+    }
+
+
+def _scan(crank: Crankshaft, raw: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keys that name the crank's scan, where its drawing is cut."""
+    if crank.scan is None:
+        return {}
+    return {"scan_file": raw.get("scan_file", str(crank.scan.file)), "scan_unit": crank.scan.unit}
+
+
+def _as_said(stated: float | None, now: float) -> float:
+    """Return a number in the job's own digits, where it still has the job's value."""
+    return float(stated) if stated is not None and math.isclose(stated, now, rel_tol=1e-12) else now
+
+
+def _pin(pin: PinHint) -> dict[str, Any]:
+    return {
+        "centre_mm": _listed(pin.centre_mm),
+        "diameter_mm": pin.diameter_mm,
+        "width_mm": pin.width_mm,
+    }
+
+
+def _listed(values: Any) -> list[float] | None:
+    return None if values is None else [float(value) for value in values]

@@ -1,17 +1,24 @@
-"""Input of forces and balance shafts beyond weights: layout of the cylinders, the bare rod, shafts."""
+"""Input beyond weights: layout of the cylinders, whose work this is, what the shop has."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Literal
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
 
 from autobalance.declare import ANY, COUNTED, FILLED, NOT_NEGATIVE, POSITIVE, Key, Values
 from autobalance.errors import JobError
 from autobalance.job.model import BalanceShaftEntry, Bolted, CylinderLayout, LinkRod, RodOnScales
-from autobalance.job.solid_weights import SOLID_ROD
-from autobalance.toml_files.keys import plain
+from autobalance.job.solids import SOLID_ROD
+from autobalance.toml_files.document import text_of, toml_of
+from autobalance.toml_files.keys import plain, read
+from autobalance.toml_files.typed_units import in_base_units
 from autobalance.units import G_MM2_PER_KG_MM2
+from autobalance.user_folders import shop_file
+
+# Input of forces and balance shafts beyond weights: layout of the cylinders, the bare rod, shafts.
+
 
 Sense = Literal["forward", "backward"]
 Kind = Literal["plain", "articulated"]
@@ -216,3 +223,106 @@ def shaft_values(values: Values) -> Values:
     """Return a balance shaft as in the report: its product, or its weights."""
     other = "product_g_mm" if values["weight"] else "weight"
     return {key: plain(value) for key, value in values.items() if key != other}
+
+
+# The tables [job] and [shop]: whose work this is, and what the shop has; kept in the report.
+
+
+DrillSeries = Literal["mm", "inch", "letter", "number"]
+
+JOB = Key(
+    "job",
+    says="customer, engine and operator; kept in the report",
+    default=None,
+    verbs="all",
+    keys=(
+        Key("part", str, "name of the part; names of papers begin with it", default=None, example="V8"),
+        Key("customer", str, "name of the customer", default=None, example="A. Customer"),
+        Key("engine", str, "name of the engine", default=None, example="CRF 250 R"),
+        Key("serial", str, "serial number of the crank", default=None, example="C-0417"),
+        Key("operator", str, "name of the operator", default=None, example="B. Turner"),
+        Key("note", str, "free text", default=None, example="second set of pistons"),
+    ),
+)
+SLUG = (
+    Key("diameter_mm", float, "diameter of the slug", POSITIVE),
+    Key("length_mm", float, "length of the slug", POSITIVE),
+    Key("density_kg_m3", float, "density of the slug's metal", POSITIVE, 17000.0),
+)
+SHOP = Key(
+    "shop",
+    says="the shop and its equipment; kept in the report",
+    default=None,
+    verbs="all",
+    keys=(
+        Key("name", str, "name of the shop", default=None, example="Turner & Daughters, crankshafts"),
+        Key("logo", str, "picture, relative to the file that names it", default=None, example="logo.png"),
+        Key("units", Literal["metric", "inch"], "in which it works", default=None, example="metric"),
+        Key(
+            "drills",
+            DrillSeries | tuple[float, ...],
+            'drills available: a series, a diameter, or a list such as `[8.0, "1/2 in"]`',
+            POSITIVE,
+            None,
+            typed="mm",
+            not_empty="leave it out, or name one",
+            example=[8.0, 10.0, "1/2 in"],
+            or_one=True,
+        ),
+        Key(
+            "slugs",
+            says="heavy-metal slugs in stock",
+            keys=SLUG,
+            many=True,
+            default=(),
+            example=[{"diameter_mm": 25.4, "length_mm": 12.7, "density_kg_m3": 17000.0}],
+        ),
+        Key(
+            "washers_g",
+            tuple[float, ...],
+            "washers that bob-weights are stacked from",
+            POSITIVE,
+            None,
+            example=[1.0, 2.0, 5.0, 10.0],
+        ),
+        Key(
+            "machine",
+            str,
+            "file of the balancing machine, for `autobalance machine`, relative to the file that names it",
+            default=None,
+            example="MACHINE.toml",
+        ),
+    ),
+)
+
+
+# A shop's own file, ``shop.toml``: found beside a job, or else in the user's configuration folder.
+
+
+FILES = ("logo", "machine")
+"""Keys that are paths, relative to the file that they are in."""
+
+
+def with_shop(raw: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    """Return the tables of a job with those of the shop's file; the job's own ``[shop]`` goes first.
+
+    Raises
+    ------
+    FileError, JobError
+        If the shop's file cannot be read, or is wrong; the message begins with its path.
+    """
+    path, own = shop_file(folder), raw.get("shop", {})
+    if path is None or not isinstance(own, Mapping):
+        return raw
+    try:
+        content = in_base_units(toml_of(text_of(path, "shop's file"), path.name))
+        read(content, (SHOP,))
+    except JobError as error:
+        raise error.within(str(path)) from None
+    return {**raw, "shop": {**located(content.get("shop", {}), path.parent), **own}}
+
+
+def located(shop: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    """Return a shop's table whose files are named from anywhere, not from the folder of its file."""
+    named = {key: shop[key] for key in FILES if shop.get(key) is not None}
+    return {**shop, **{key: (folder / name).resolve().as_posix() for key, name in named.items()}}

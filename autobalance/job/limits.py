@@ -26,8 +26,8 @@ from autobalance.declare import (
     Values,
 )
 from autobalance.errors import CorrectionError, JobError
-from autobalance.job.header import SHOP
-from autobalance.job.listed_cuts import FACE_KEYS, LISTED, LISTED_CUTS, kinds_listed
+from autobalance.job.balance import FACE_KEYS, LISTED, LISTED_CUTS, kinds_listed
+from autobalance.job.layout import SHOP
 from autobalance.toml_files.keys import read
 
 OF_FACES = {

@@ -12,12 +12,17 @@ from autobalance.correction import KINDS, Limits
 from autobalance.correction.contract import Item, Prefer
 from autobalance.declare import Values
 from autobalance.errors import JobError
-from autobalance.job.addon_tables import AddonTables, TablesRead, addon_tables
 from autobalance.job.assembly import assembly_of
-from autobalance.job.balance import balance_of, fitted_parts
-from autobalance.job.layout import shaft_values, shafts_of
+from autobalance.job.balance import (
+    LISTED,
+    balance_of,
+    fitted_parts,
+    numbered_cuts,
+    shown_correction,
+    stated_limits,
+)
+from autobalance.job.layout import located, shaft_values, shafts_of, with_shop
 from autobalance.job.limits import ShopTools, correction_of
-from autobalance.job.listed_cuts import LISTED, numbered_cuts, shown_correction, stated_limits
 from autobalance.job.model import (
     Balance,
     BalanceShaftEntry,
@@ -25,21 +30,18 @@ from autobalance.job.model import (
     EngineParts,
     PartWeights,
 )
-from autobalance.job.model.assembly import AssemblyEntry
+from autobalance.job.model.engine import AssemblyEntry
 from autobalance.job.read_crankshaft import CRANKSHAFT, crankshaft_of, of_no_file
 from autobalance.job.read_engine import engine_of, engine_values, original_of, weight_values
-from autobalance.job.rod_solid import with_measured_rod
-from autobalance.job.shop import located, with_shop
-from autobalance.job.solid_weights import with_weighed_solids
-from autobalance.job.tables import TOP_KEYS, job_tables
+from autobalance.job.solids import with_measured_rod, with_weighed_solids
+from autobalance.job.tables import TOP_KEYS, AddonTables, TablesRead, addon_tables, job_tables
 from autobalance.solid.formats.registry import FOREIGN_CAD
 from autobalance.solid.formats.table import endings
-from autobalance.toml_files.document import text_of, toml_of
+from autobalance.toml_files.document import text_of, toml_of, toml_value
 from autobalance.toml_files.faults import Faults
 from autobalance.toml_files.keys import plain, read, value_of
 from autobalance.toml_files.settings import with_settings
 from autobalance.toml_files.table import Table, unknown_keys
-from autobalance.toml_files.text import toml_value
 from autobalance.toml_files.typed_units import (
     FILL_IN,
     gathered_in_base_units,

@@ -18,7 +18,7 @@ from autobalance.job.model import (
     ThrowParts,
     Weight,
 )
-from autobalance.job.solid_weights import SOLID
+from autobalance.job.solids import SOLID
 from autobalance.toml_files.keys import plain
 from autobalance.toml_files.typed_units import WEIGHT_TABLES
 from autobalance.units import G_PER, G_PER_MM3_PER_KG_M3

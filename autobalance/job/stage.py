@@ -7,8 +7,8 @@ from dataclasses import fields, replace
 from typing import Any
 
 from autobalance.correction import KINDS
-from autobalance.job.listed_cuts import LISTED, planned_anew
-from autobalance.job.model.crank_readings import CrankReadings
+from autobalance.job.balance import LISTED, planned_anew
+from autobalance.job.model.engine import CrankReadings
 from autobalance.job.read import Job, parse
 
 USUAL_PREFERENCE = "simple"

@@ -1,21 +1,57 @@
-"""Declarations of all tables of a job, each from the module that reads it."""
+"""Declarations of all tables of a job, and those of add-ons."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from autobalance import registry
-from autobalance.declare import Key
-from autobalance.job.addon_tables import addon_tables
+from autobalance.declare import Key, Values
 from autobalance.job.assembly import ASSEMBLY
 from autobalance.job.balance import BALANCE
-from autobalance.job.header import JOB, SHOP
-from autobalance.job.layout import SHAFTS
+from autobalance.job.layout import JOB, SHAFTS, SHOP
 from autobalance.job.limits import correction_key
 from autobalance.job.read_crankshaft import CRANKSHAFT
 from autobalance.job.read_engine import ENGINE, ORIGINAL
-from autobalance.toml_files.keys import json_schema
+from autobalance.toml_files.keys import json_schema, plain
+
+# Tables of a job that an add-on declares and reads: the job carries what it makes of them.
+
+
+class TablesRead(NamedTuple):
+    """Tables of a job that are right each by itself, defaults filled in, and as they are in the file."""
+
+    values: Values
+    raw: Mapping[str, Any]
+
+
+def _as_they_stand(tables: AddonTables, read: TablesRead, _: object) -> Values:
+    return {key.name: plain(read.values[key.name]) for key in tables.keys if key.name in read.raw}
+
+
+@dataclass(frozen=True)
+class AddonTables:
+    """Declaration of an add-on's tables in a job.
+
+    ``made`` returns what the job carries of them, by its type (``Job.table``); None: nothing. ``needs`` are
+    tables that must be right for it. ``filled`` returns them for the report, defaults filled in.
+    """
+
+    keys: tuple[Key, ...]
+    made: Callable[[TablesRead], object | None]
+    needs: tuple[str, ...] = ()
+    filled: Callable[[AddonTables, TablesRead, Any], Values] = _as_they_stand
+
+
+def addon_tables(held: Collection[str]) -> tuple[AddonTables, ...]:
+    """Return the declarations of those tables that a job holds, each once."""
+    places = dict.fromkeys(place for key, place in registry.JOB_TABLES.items() if key in held)
+    return tuple(registry.loaded(place) for place in places)
+
+
+# Declarations of all tables of a job, each from the module that reads it.
+
 
 OWN_KEYS = ("crankshaft", "engine", "original", "balance", "correction", "shafts", "job", "shop", "assembly")
 TOP_KEYS = (*OWN_KEYS, *registry.JOB_TABLES)

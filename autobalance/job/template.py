@@ -10,14 +10,14 @@ from typing import Any, Literal, get_args, get_origin
 from autobalance.declare import REQUIRED, Key
 from autobalance.errors import JobError
 from autobalance.job.balance import BALANCE
-from autobalance.job.header import JOB
+from autobalance.job.layout import JOB
 from autobalance.job.limits import correction_key
 from autobalance.job.read_crankshaft import CRANKSHAFT
 from autobalance.job.read_engine import ENGINE
 from autobalance.job.tables import key_at
 from autobalance.job.workbook import Row
+from autobalance.toml_files.document import toml_value
 from autobalance.toml_files.keys import plain
-from autobalance.toml_files.text import toml_value
 from autobalance.toml_files.typed_units import FILL_IN
 
 WIDTH = 108

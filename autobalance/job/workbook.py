@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from autobalance.errors import JobError
-from autobalance.toml_files.document import refuse_deep
+from autobalance.toml_files.document import refuse_deep, toml_value
 from autobalance.toml_files.settings import set_key
 from autobalance.toml_files.spreadsheet import sheet_cells
-from autobalance.toml_files.text import toml_value
 
 SHEET = "Job"
 HEADING = ("Key", "Value", "Unit", "Meaning")

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 from autobalance.declare import Floats, NotNegative, Ordinal, Positive, record
+from autobalance.machining.input import NcZero, SetupName
 from autobalance.machining.planner import NotProgrammed
-from autobalance.machining.setups import NcZero, SetupName
-from autobalance.report.records.head import Head
+from autobalance.report.records.answers import Head
 
 
 @record

@@ -1,18 +1,38 @@
-"""Passes of an end mill over an area square to the spindle: loops side by side, walls and islands kept."""
+"""Moves of a tool over an area, and the bodies around it: part, stock, workspace."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from autobalance.machining.blocks import Block, Go
-from autobalance.machining.input import CuttingTool
+from autobalance.correction import KINDS
+from autobalance.correction.machining import AreaOperation, Operation
+from autobalance.crank.anatomy import Anatomy
+from autobalance.machining.input import (
+    Block,
+    CuttingTool,
+    Go,
+    MachineTool,
+    SetupName,
+    inverse,
+    placement,
+    zero_of,
+)
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import polygon_area_mm2
+from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array
+
+# Passes of an end mill over an area square to the spindle: loops side by side, walls and islands kept.
+
 
 CHORD_MM = 0.002
 """Largest distance of straight moves from a curved wall."""
@@ -188,3 +208,225 @@ def _ramp(closed: Array, above: float, height: float, feed: float) -> Iterator[B
         for (x, y), side in zip(closed[1:], sides, strict=True):
             walked += float(side)
             yield Go(x=x, y=y, z=begin + (height - begin) * walked / total, feed=feed)
+
+
+# The metal as it is at a moment, and what of it lies near a tool.
+
+
+SIDES = 96
+"""Sides of the circles that stand for round tools where it is looked what they come near; around them."""
+DEEPER_MM = 30.0
+"""Largest reach of a second look below the first without the whole crank."""
+CIRCUMSCRIBED_RATIO = 1.0 / np.cos(np.pi / SIDES)
+
+
+class Stock:
+    """The crank in the rotor frame, less what was cut so far.
+
+    The bodies that were cut are kept apart: only what lies near a tool is ever cut out of the whole crank.
+    """
+
+    def __init__(self, solid: Solid, anatomy: Anatomy) -> None:
+        self.solid, self.anatomy = solid, anatomy
+        self.removed: list[tuple[Solid, Array]] = []
+        self._last: tuple[Array, Array, Array, Solid] | None = None
+
+    def cut(self, body: Solid) -> None:
+        """Take a body (rotor frame) from it."""
+        if not body.is_empty:
+            self.removed.append((body, body.bounds))
+
+    def near(self, placement: Array, low: Array, high: Array) -> Solid:
+        """Return the metal in a box between two corners (3,), in the axes that ``placement`` leads from."""
+        box = Solid.box(low, high).moved(placement)
+        metal_near = self._around(placement, low, high) & box
+        first, last = box.bounds
+        for body, bounds in self.removed:
+            if not (np.any(bounds[0] > last) or np.any(first > bounds[1])):
+                metal_near = metal_near - body
+        return metal_near.moved(inverse(placement))
+
+    def _around(self, placement: Array, low: Array, high: Array) -> Solid:
+        """Return the uncut metal in a box at least as large; the last one is kept for another look."""
+        if self._last is not None:
+            known, first, last, metal = self._last
+            if np.array_equal(known, placement) and (low >= first).all() and (high <= last).all():
+                return metal
+        first, last = low - np.array([1.0, 1.0, DEEPER_MM]), high + 1.0
+        metal = self.solid & Solid.box(first, last).moved(placement)
+        self._last = placement.copy(), first, last, metal
+        return metal
+
+    def left(self) -> Solid:
+        """Return all that is left, rotor frame."""
+        return self.solid - union([body for body, _ in self.removed]) if self.removed else self.solid
+
+    @cached_property
+    def _profile(self) -> tuple[Array, Array, Array]:
+        """Smallest and largest z, and largest distance from the axis, of each triangle."""
+        corners = self.solid.mesh.corners
+        radius = np.hypot(corners[:, :, 0], corners[:, :, 1]).max(axis=1)
+        return corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1), radius
+
+    def reach_mm(self, low_mm: float, high_mm: float) -> float:
+        """Return the largest radius of metal between two z; nothing was cut of it."""
+        low, high, radius = self._profile
+        return float(radius[(high >= low_mm) & (low <= high_mm)].max(initial=0.0))
+
+    @property
+    def greatest_radius_mm(self) -> float:
+        """Largest radius of metal anywhere."""
+        return float(self._profile[2].max())
+
+    @property
+    def ends_mm(self) -> tuple[float, float]:
+        """Smallest and largest z."""
+        return float(self._profile[0].min()), float(self._profile[1].max())
+
+    def part_at(self, place: Array) -> str:
+        """Return the name of the crank's part at a place (3,) in the rotor frame, for messages."""
+        z = float(place[2])
+        for web in self.anatomy.webs:
+            if web.z_min_mm - 0.1 <= z <= web.z_max_mm + 0.1:
+                return f"web {web.number}"
+        return "the shaft"
+
+
+def disc(radius_mm: float, x: float, y: float) -> Region:
+    """Return a circle that a round tool lies in."""
+    return Region.circle(radius_mm * CIRCUMSCRIBED_RATIO, SIDES, (x, y))
+
+
+def strip(begin: Array, end: Array, radius_mm: float) -> Region:
+    """Return the area under a round tool on a straight way between two places (2,)."""
+    ends = disc(radius_mm, *begin.tolist()) + disc(radius_mm, *end.tolist())
+    along = end - begin
+    if not along.any():
+        return ends
+    across = radius_mm / float(np.hypot(*along)) * np.array([-along[1], along[0]])
+    return ends + Region.of([np.array([begin - across, end - across, end + across, begin + across])])
+
+
+def top_mm(metal: Solid, region: Region) -> float:
+    """Return the height of the highest metal over a region; −inf without metal."""
+    if metal.is_empty:
+        return -np.inf
+    low, high = metal.bounds[0, 2], metal.bounds[1, 2]
+    inside = metal & Solid.prism(region, float(low) - 1.0, float(high) + 1.0)
+    return -np.inf if inside.is_empty else float(inside.bounds[1, 2])
+
+
+# The crank before and after its cuts, as a verified report has them.
+
+
+@dataclass(frozen=True, eq=False)
+class Listed:
+    """A correction as the report lists it, and how it is cut: an operation, why not, or None for no cut."""
+
+    item: Mapping[str, Any]
+    operation: Operation | str | None
+
+    @property
+    def number(self) -> int:
+        """Number in the report."""
+        return int(self.item["number"])
+
+    @property
+    def pressed_in(self) -> Moments:
+        """Moments of the slug that goes in."""
+        keys = KINDS[self.item["kind"]].pressed_in
+        if keys is None:
+            return Moments.zero()
+        return Moments.point(float(self.item[keys[0]]), np.array(self.item[keys[1]], dtype=np.float64))
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """The crank to machine; solids are in the rotor frame, masses in g."""
+
+    name: str
+    report: Path
+    sha256: str
+    before: Solid
+    after: Solid
+    anatomy: Anatomy
+    density_g_mm3: float
+    tolerance: Tolerance
+    residual: Unbalance
+    cuts: tuple[Listed, ...]
+
+
+def listed(item: Mapping[str, Any]) -> Listed:
+    """Return a correction with its operation."""
+    return Listed(item, KINDS[item["kind"]].machining(item))
+
+
+# The crank on a machine: its metal, and the heights that a set-up has to keep.
+
+
+SLIVER_MM = 0.02
+
+
+class Workspace:
+    """A part on a machine: the metal still there, in the axes of each set-up."""
+
+    def __init__(self, part: Part, machine: MachineTool) -> None:
+        self.machine = machine
+        self.zero = zero_of(machine, part.anatomy)
+        self.stock = Stock(part.before, part.anatomy)
+
+    def over(self, name: SetupName, region: Region, height: float) -> Solid:
+        """Return the metal over a region above a height, in the set-up's axes."""
+        if region.is_empty:
+            return Solid.nothing()
+        low, high = region.bounds
+        top = self.top(name) + 1.0
+        if height >= top:
+            return Solid.nothing()
+        near = self.stock.near(placement(name, self.zero), np.array([*low, height]), np.array([*high, top]))
+        return near if near.is_empty else near & Solid.prism(region, height, top)
+
+    def part_at(self, metal: Solid, name: SetupName) -> str:
+        frame = placement(name, self.zero)
+        return self.stock.part_at(frame[:3, :3] @ metal.moments(1.0).centre_mm + frame[:3, 3])
+
+    def flat(self, name: SetupName, region: Region) -> Region:
+        return region.turned(inverse(placement(name, self.zero))[:2, :2])
+
+    def height(self, name: SetupName, z_mm: float) -> float:
+        return (z_mm - self.zero.z_mm) * (-1.0 if name == "B" else 1.0)
+
+    def area(self, name: SetupName, operation: AreaOperation) -> Area:
+        floor = self.flat(name, operation.region)
+        top = self.height(name, operation.top_z_mm)
+        bottom = top - operation.depth_mm
+        low, high = floor.bounds
+        far = max((tool.diameter_mm for tool in self.machine.tools if tool.kind == "end_mill"), default=0.0)
+        near = self.stock.near(
+            placement(name, self.zero),
+            np.array([*(low - 3.0 * far - 5.0), bottom + SLIVER_MM]),
+            np.array([*(high + 3.0 * far + 5.0), self.top(name) + 1.0]),
+        )
+        own = Solid.prism(floor.grown(SLIVER_MM), bottom - 1.0, top + 2.0 * SLIVER_MM)
+        standing = (near - own).shadow() if not near.is_empty else Region.of([])
+        standing = standing.grown(-0.5 * SLIVER_MM).grown(0.5 * SLIVER_MM)
+        finish = min(self.machine.zero.finish_mm, operation.depth_mm)
+        return Area(floor, standing, top, bottom + finish, operation.is_walled)
+
+    @property
+    def top_anywhere(self) -> float:
+        low, high = self.stock.ends_mm
+        return max(self.stock.greatest_radius_mm, abs(high - self.zero.z_mm), abs(low - self.zero.z_mm))
+
+    def top(self, name: SetupName) -> float:
+        """Return the height of the crank's top in an upright set-up."""
+        low, high = self.stock.ends_mm
+        return max(self.height(name, low), self.height(name, high))
+
+    def safe_mm(self, name: SetupName) -> float:
+        """Return the height over everything: in R over all that turns by, in L as a diameter."""
+        clear = self.machine.zero.clearance_mm
+        if name in ("T", "B"):
+            return math.ceil(self.top(name) + clear)
+        over = math.ceil(self.stock.greatest_radius_mm + clear)
+        return float(over if name == "R" else 2 * over)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
+from autobalance.command.console import add_progress, mode_of
 from autobalance.command.options import add_json, add_units
-from autobalance.command.progress import add_progress, mode_of
 from autobalance.command.verb import Option, Verb
 
 
@@ -33,8 +33,8 @@ VERB = Verb(
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the programs; 0, or 4 where cuts are left out or the simulated residual is above tolerance."""
+    from autobalance.command.console import shown
     from autobalance.command.finish import finish, refuse_in_results
-    from autobalance.command.progress import shown
     from autobalance.machining.verb import nc
 
     with shown(mode_of(arguments)) as progress:

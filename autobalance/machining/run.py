@@ -10,18 +10,13 @@ import numpy as np
 
 from autobalance.correction.machining import HoleOperation
 from autobalance.errors import JobError, SolidError
-from autobalance.machining.input import CuttingTool, MachineTool
-from autobalance.machining.interpreter import Move, read_program
-from autobalance.machining.operation_body import operation_body
-from autobalance.machining.part import Listed, Part
+from autobalance.machining.area_moves import Listed, Part, Stock
+from autobalance.machining.input import CLAMPING_TEXTS, CuttingTool, MachineTool, NcZero, SetupName
+from autobalance.machining.interpreter import Move, length_mm, read_program
 from autobalance.machining.planner import NcPlan, Planner, Setup, tool_words
 from autobalance.machining.posts import post_named
-from autobalance.machining.setups import CLAMPING_TEXTS, NcZero, SetupName
-from autobalance.machining.simulator import Simulation, Simulator
-from autobalance.machining.stock import Stock
-from autobalance.machining.tool_body import length_mm
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.machining.simulator import Simulation, Simulator, operation_body
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.runtime import Notify
 from autobalance.solid.csg.solid import union
 

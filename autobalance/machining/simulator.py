@@ -1,4 +1,4 @@
-"""The moves of a program's text on the solid: what they cut, and what tool or holder would hit."""
+"""Simulation of a program on the solid."""
 
 from __future__ import annotations
 
@@ -10,19 +10,22 @@ from itertools import pairwise
 import numpy as np
 
 from autobalance.correction.holes.hole import drill_body
+from autobalance.correction.holes.surface import Axis
+from autobalance.correction.machining import AreaOperation, HoleOperation, Operation
+from autobalance.correction.rings.trace import EQUAL_AREA, RING_SIDES, faceted_ring
 from autobalance.correction.rings.trace import EQUAL_AREA as RING_EQUAL_AREA
-from autobalance.correction.rings.trace import RING_SIDES, faceted_ring
 from autobalance.errors import FormatError
-from autobalance.machining.input import CuttingTool, MachineTool
-from autobalance.machining.interpreter import Move, Place
-from autobalance.machining.setups import NcZero, SetupName, placement
-from autobalance.machining.stock import CIRCUMSCRIBED_RATIO, SIDES, Stock
-from autobalance.machining.tool_body import Step, steps_of, widest_mm
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.machining.area_moves import CIRCUMSCRIBED_RATIO, SIDES, Stock
+from autobalance.machining.input import CuttingTool, MachineTool, NcZero, SetupName, placement
+from autobalance.machining.interpreter import Move, Place, Step, steps_of, widest_mm
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import equal_area
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array
+
+# The moves of a program's text on the solid: what they cut, and what tool or holder would hit.
+
 
 TOUCH_MM3 = 1e-3
 """Volume below which tool and metal only touch: rounding."""
@@ -411,3 +414,28 @@ def _stadium(ends: Array, circle: Array) -> Array:
     first = int(np.flatnonzero(ahead & ~np.roll(ahead, 1))[0])
     turned, front = np.roll(circle, -first, axis=0), np.roll(ahead, -first)
     return np.concatenate([turned[front] + ends[-1], turned[~front] + ends[0]])
+
+
+# Metal of an operation, as a body in the rotor frame: the report's own, however a tool makes it.
+
+
+OVER_MM = 0.01
+"""Height over a face up to which its metal counts as the face's: roughness."""
+BEYOND_MM = 1.0
+
+
+def operation_body(operation: Operation) -> Solid:
+    """Return the metal of an operation, rotor frame."""
+    if isinstance(operation, HoleOperation):
+        placement = Axis(operation.entry_mm, operation.inward).placement
+        radius = 0.5 * operation.diameter_mm
+        body = drill_body(radius, -operation.lift_mm, operation.depth_mm, operation.point_mm)
+        return body.moved(placement)
+    if isinstance(operation, AreaOperation):
+        ends = (
+            operation.top_z_mm + operation.side * OVER_MM,
+            operation.top_z_mm - operation.side * operation.depth_mm,
+        )
+        return Solid.prism(operation.region, min(ends), max(ends))
+    inner, outer = operation.new_radius_mm * EQUAL_AREA, operation.rim_radius_mm + BEYOND_MM
+    return faceted_ring(inner, outer, operation.z_from_mm, operation.z_to_mm, RING_SIDES)

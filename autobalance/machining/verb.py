@@ -15,7 +15,7 @@ from autobalance.verbs.result import VerbResult
 
 if TYPE_CHECKING:
     from autobalance.machining.answer import NcReport
-    from autobalance.machining.part import Part
+    from autobalance.machining.area_moves import Part
     from autobalance.machining.run import NcRun
 
 LEFT_OUT = 4
@@ -43,7 +43,7 @@ class NcResult(VerbResult):
     @cached_property
     def _files(self) -> dict[str, bytes]:
         from autobalance.machining.run import tool_table
-        from autobalance.machining.setup_sheet import setup_sheet
+        from autobalance.machining.show import setup_sheet
 
         files = {name: text.encode("ascii") for name, text in self.programs.items()}
         if self.run.machine.spindle.post == "linuxcnc":
@@ -56,7 +56,7 @@ class NcResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return a summary of the programs, and of the residual after them."""
-        from autobalance.machining.text import nc_text
+        from autobalance.machining.show import nc_text
 
         return nc_text(self.run)
 
@@ -125,7 +125,7 @@ def verified_part(path: Path) -> Part:
     ClaimError
         If one does not hold.
     """
-    from autobalance.machining.part import Part, listed
+    from autobalance.machining.area_moves import Part, listed
     from autobalance.report.balance.values import report as as_report
     from autobalance.report.balance.values import schema
     from autobalance.verification import premises, solids

@@ -7,15 +7,14 @@ from typing import Any
 
 from reportlab.platypus import Flowable, KeepTogether, Spacer
 
-from autobalance.engines.forces.washers import stack
-from autobalance.paper.document import PAPERS_MM, Paper, prose, template, written
-from autobalance.paper.lettering import POINTS_PER_MM
+from autobalance.engines.forces.show import stack
+from autobalance.paper.certificate import MARGIN_MM, PAPERS_MM, Paper, Sheet, prose, template, written
+from autobalance.paper.cuts import Column, table
 from autobalance.paper.machine_page import external_table, fit_g
-from autobalance.paper.tables import Column, table
-from autobalance.paper.title_block import MARGIN_MM, Sheet
+from autobalance.paper.pen import POINTS_PER_MM
 from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import ON_PAPER, DisplayUnits, UnitSystem, both_g, plain
-from autobalance.report.engine_words import external_words, turning_words
+from autobalance.report.job_header import external_words, turning_words
 from autobalance.types import Report
 from autobalance.wording import at, grams, oil_on_crankpin_g, part_name
 

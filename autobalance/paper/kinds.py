@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from autobalance.report.output_kind import OutputKind
+from autobalance.report.output_kinds import OutputKind
 from autobalance.report.reportlab_alone import load_reportlab
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def _card(material: Material) -> dict[str, bytes]:
 
 
 def _hole_list(material: Material) -> dict[str, bytes]:
-    from autobalance.paper.hole_list import hole_list
+    from autobalance.paper.sheet import hole_list
 
     return {"csv": hole_list(material.report, material.choice.units)}
 

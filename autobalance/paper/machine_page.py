@@ -7,11 +7,10 @@ from collections.abc import Sequence
 
 from reportlab.platypus import Flowable
 
-from autobalance.paper.cuts import cut_row
-from autobalance.paper.tables import Column, table
+from autobalance.paper.cuts import Column, cut_row, table
 from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import DisplayUnits, both_g, both_g_mm
-from autobalance.report.engine_words import turning_words
+from autobalance.report.job_header import turning_words
 from autobalance.types import Report
 from autobalance.wording import NO_VALUE, at, degrees, weights
 

@@ -9,11 +9,10 @@ from typing import Any
 
 from reportlab.platypus import Flowable
 
-from autobalance.paper.cheeks import Cheek
+from autobalance.paper.cuts import Column, table
 from autobalance.paper.drawing import webs_cut
-from autobalance.paper.lettering import SMALLEST_PT, fitted, lines_of, safe
-from autobalance.paper.pen import INK, RULE, Pen
-from autobalance.paper.tables import Column, table
+from autobalance.paper.pen import INK, RULE, SMALLEST_PT, Pen, fitted, lines_of, safe
+from autobalance.paper.rim_strips import Cheek
 from autobalance.report.balance import kinds
 from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import DisplayUnits

@@ -8,12 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.paper.cheeks import Cheek
+from autobalance.paper.cuts import spread_between
 from autobalance.paper.drawing import MIN_AXIAL_COMPONENT, SectionDrawing
-from autobalance.paper.labels import spread_between
-from autobalance.paper.lettering import SMALLEST_PT, width_mm
-from autobalance.paper.pen import ACCENT, CENTRE_LINE, INK, METAL, SOFT, Pen, badge_width_mm
-from autobalance.paper.scales import scale_for
+from autobalance.paper.pen import (
+    ACCENT,
+    CENTRE_LINE,
+    INK,
+    METAL,
+    SMALLEST_PT,
+    SOFT,
+    Pen,
+    badge_width_mm,
+    width_mm,
+)
+from autobalance.paper.plates import scale_for
+from autobalance.paper.rim_strips import Cheek
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import DisplayUnits
 from autobalance.types import Array

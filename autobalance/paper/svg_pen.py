@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from autobalance.paper.drawing import Drawings
-from autobalance.paper.lettering import SMALLEST_PT
 from autobalance.paper.pen import (
     ACCENT,
     ADDED_COLOUR,
@@ -21,6 +20,7 @@ from autobalance.paper.pen import (
     METAL,
     RULE,
     SLUG,
+    SMALLEST_PT,
     SOFT,
     Pen,
     ToPage,

@@ -9,10 +9,21 @@ from typing import Any, Protocol
 
 from reportlab.platypus import Flowable
 
+from autobalance.paper.cuts import Occupied, spread_between
 from autobalance.paper.drawing import Drawings
-from autobalance.paper.labels import Occupied, spread_between
-from autobalance.paper.lettering import POINTS_PER_MM, SMALLEST_PT, fitted, width_mm
-from autobalance.paper.pen import ACCENT, GONE, INK, RULE, SOFT, Pen, badge_width_mm
+from autobalance.paper.pen import (
+    ACCENT,
+    GONE,
+    INK,
+    POINTS_PER_MM,
+    RULE,
+    SMALLEST_PT,
+    SOFT,
+    Pen,
+    badge_width_mm,
+    fitted,
+    width_mm,
+)
 from autobalance.paper.rim_strips import LAP_MM, FlatSide, Strip, templates, tile_range, tiles_of
 from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import DisplayUnits

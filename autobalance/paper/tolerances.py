@@ -1,9 +1,4 @@
-"""Tolerances of the cuts, from the effect of each error of a cut on the unbalance.
-
-Usual workshop accuracies are scaled by one factor. If all errors of all cuts are at their limits in the worst
-direction, they use at most half of the unused permissible value. That is the sum of their magnitudes, in the
-resultant and in each judged plane. Independent errors use less: the root of the sum of their squares.
-"""
+"""Tolerances of cuts: how far a depth, an angle or a place may be off."""
 
 from __future__ import annotations
 
@@ -15,8 +10,17 @@ from typing import Any
 import numpy as np
 
 from autobalance.report.balance import kinds
+from autobalance.report.display_units import DisplayUnits
 from autobalance.types import Array, Item
 from autobalance.wording import judged_shares
+
+# Tolerances of the cuts, from the effect of each error of a cut on the unbalance.
+#
+# Usual workshop accuracies are scaled by one factor. If all errors of all cuts are at their limits in the
+# worst direction, they use at most half of the unused permissible value. That is the sum of their
+# magnitudes, in the resultant and in each judged plane. Independent errors use less: the root of the sum of
+# their squares.
+
 
 ERROR_SHARE = 0.5
 """Share of the unused permissible value for the errors of all cuts together."""
@@ -210,3 +214,32 @@ def retention(item: Item) -> str:
         hold = "" if load is None else f" prove to hold {2.0 * load:.0f} N outward,"
         return f"press to the seat;{pulled} it pulls the slug out:{hold} weld or peen the mouth over"
     return f"press to the seat;{pulled} the bore's wall carries it; peen the mouth at three places"
+
+
+# Tolerances of the cuts: usual workshop accuracies, and what they may cost.
+
+
+READING_ADVICE_SHARE = 0.5
+"""Share of the remaining permissible value above which a reading is advised after machining."""
+
+
+def held_words(held: Held, u: DisplayUnits) -> str:
+    """Return the usual workshop accuracies, and the error of the resultant that they allow."""
+    keys = ("position_mm", "depth_mm", "diameter_mm")
+    position, depth, diameter = (_usual(USUAL_ACCURACY[key], u) for key in keys)
+    words = (
+        f"Every cut: angle ±{USUAL_ACCURACY['angle_deg']:g}°, position ±{position}, depth ±{depth}, "
+        f"diameter ±{diameter}. At these the crank may end up {u.of_unbalance(held.off_g_mm)} off"
+    )
+    if held.left_g_mm > 0.0:
+        words += f"; {u.of_unbalance(held.left_g_mm)} is available"
+    return words + (
+        ". Check it on the balancing machine and finish by that reading (recut)."
+        if held.share > READING_ADVICE_SHARE
+        else "."
+    )
+
+
+def _usual(value_mm: float, u: DisplayUnits) -> str:
+    """Return a usual accuracy in one digit: 0.1 mm, 0.004 in."""
+    return f"{value_mm / u.mm_per_length:.1g} {u.length}"

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.errors import FormatError
 from autobalance.quantities import with_parts
-from autobalance.report.earlier_files import refuse_another_run
-from autobalance.report.files import Staging
+from autobalance.report.files import Staging, refuse_another_run
 from autobalance.report.output_kinds import KINDS
 from autobalance.report.reportlab_alone import load_reportlab
 from autobalance.verbs.result import Values, VerbResult
@@ -104,8 +103,7 @@ def sheet(
     another.
     """
     from autobalance.report.job_header import file_prefix
-    from autobalance.report.records.answers import SheetReport
-    from autobalance.report.records.head import WrittenFile
+    from autobalance.report.records.answers import SheetReport, WrittenFile
     from autobalance.verification.earlier_stage import earlier_stage
 
     path = Path(report)
@@ -141,8 +139,7 @@ def _choice(only: Sequence[str], paper: str, units: str, zero: str, date: str | 
 
 def _drawn(values: Values, solid: Solid, frame: Any, choice: Choice) -> dict[str, bytes]:
     load_reportlab()
-    from autobalance.paper.drawing import drawn
-    from autobalance.paper.listed_metal import listed_metal
+    from autobalance.paper.drawing import drawn, listed_metal
     from autobalance.report.balance.values import showable
     from autobalance.report.bundle import bundle
     from autobalance.report.material import Material

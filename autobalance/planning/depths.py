@@ -1,27 +1,29 @@
-"""Choice of the depths of cuts; pure numbers.
-
-The judged residual is a smooth function of the depths, known exactly with its derivative. Each step solves
-the linear programme of its tangent (`dual_simplex`, or HiGHS through scipy); a few steps reach the exact
-curves, as Newton's method does.
-"""
+"""Depths of chosen cuts: found, rounded to nominal ones, negligible cuts dropped."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from autobalance.correction.contract import Cut, SharedDepth
+from autobalance.correction.kind import Candidates
 from autobalance.errors import CorrectionError
 from autobalance.planning.dual_simplex import least_cost
 from autobalance.planning.ties import is_less
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
-from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.types import Array
+
+# Choice of the depths of cuts; pure numbers.
+#
+# The judged residual is a smooth function of the depths, known exactly with its derivative. Each step solves
+# the linear programme of its tangent (`dual_simplex`, or HiGHS through scipy); a few steps reach the exact
+# curves, as Newton's method does.
+
 
 AIM_SHARE = 0.01
 """Share of the permissible value that a plan aims to stay within; well inside, not just passing."""
@@ -311,3 +313,99 @@ def _only_answer(
     if (np.hypot(*left.T) > 0.5 * aim).any() or (np.abs(within - target) > SAME_MM).any():
         return None
     return within
+
+
+# Plans without negligible cuts: nobody sets up a machine for them.
+
+
+NEGLIGIBLE_EFFECT_SHARE = 1e-3
+"""Share of the permissible values below which a cut is left out. A rim that is turned by less
+than its facets are back loses the tips of their edges alone: too little to be found in the file again."""
+
+
+def worthwhile(residual: Unbalance, tolerance: Tolerance, candidates: Candidates, plan: Plan) -> Plan:
+    """Return a plan without its negligible cuts; unchanged where it needs them together.
+
+    Where a job asks for one depth for all cuts, all of them stay.
+    """
+
+    def is_idle(cut: Cut, depth: float) -> bool:
+        return depth > 0.0 and tolerance.used_share(Unbalance.of(cut.effect(depth))) < NEGLIGIBLE_EFFECT_SHARE
+
+    depths = plan.depths_mm.tolist()
+    idle = np.array([is_idle(*each) for each in zip(candidates.cuts, depths, strict=True)], dtype=bool)
+    if candidates.same_depth or not idle.any():
+        return plan
+    without = judged_plan(residual, tolerance, candidates.cuts, np.where(idle, 0.0, plan.depths_mm))
+    if without.share > plan.share + AIM_SHARE or without.share > 1.0 >= plan.share:
+        return plan
+    return replace(without, binding=plan.binding)
+
+
+# Planned depths set to the limit, step or common value that they stand for, to the last digit.
+#
+# Solvers end a depth at a limit give or take some roundings, which differ from processor to processor. A cut
+# at 0.9999999999999991 mm beside one at 1 mm is another solid, whose faces no longer lie in one plane.
+
+
+def nominal_plan(residual: Unbalance, tolerance: Tolerance, candidates: Candidates, plan: Plan) -> Plan:
+    """Return a plan with nominal depths and their residual; itself if it has them already."""
+    depths = nominal_depths(candidates, plan.depths_mm)
+    if np.array_equal(depths, plan.depths_mm):
+        return plan
+    return replace(judged_plan(residual, tolerance, candidates.cuts, depths), binding=plan.binding)
+
+
+def nominal_depths(candidates: Candidates, depths_mm: Array) -> Array:
+    """Return depths (n,), each set to the limit, step or common value within `SAME_MM` of it.
+
+    Depths of one value are one, the least of the limits that they stand for, so that none is exceeded; two
+    that share the metal between them end where that does.
+    """
+    depths = np.where(depths_mm <= SAME_MM, 0.0, depths_mm)
+    chosen = np.flatnonzero(depths).tolist()
+    ends = _neighbours_ends(candidates, chosen)
+    marks = {k: _marks(candidates.cuts[k], float(depths[k]), ends.get(k, ())) for k in chosen}
+    for group in _of_one_value(depths, chosen):
+        stood_for = [mark for k in group for mark in marks[k]]
+        depths[group] = min(stood_for, default=float(depths[group[0]]))
+    for pair in candidates.shared:
+        both = float(depths[pair.first] + depths[pair.second])
+        if both != pair.most_mm and abs(both - pair.most_mm) <= SAME_MM and depths[pair.first] > 0.0:
+            kept, other = (pair.second, pair.first) if marks.get(pair.second) else (pair.first, pair.second)
+            if depths[other] > 0.0 and not marks[other]:
+                depths[other] = pair.most_mm - depths[kept]
+    return depths
+
+
+def _neighbours_ends(candidates: Candidates, cut_now: Sequence[int]) -> dict[int, list[float]]:
+    """Return the depths at which each chosen cut is limited by its chosen neighbours."""
+    ends: dict[int, list[float]] = {}
+    chosen = frozenset(cut_now)
+    for pair in candidates.apart:
+        if pair.first in chosen and pair.second in chosen:
+            ends.setdefault(pair.first, []).append(pair.most_mm)
+            ends.setdefault(pair.second, []).append(pair.most_mm)
+    return ends
+
+
+def _marks(cut: Cut, depth_mm: float, ends: Sequence[float]) -> list[float]:
+    """Return the limits and the machine step within `SAME_MM` of a depth."""
+    known = [cut.least_depth_mm, cut.max_depth_mm, *ends]
+    if cut.depth_step_mm > 0.0:
+        known.append(round(depth_mm / cut.depth_step_mm) * cut.depth_step_mm)
+    return [mark for mark in known if abs(mark - depth_mm) <= SAME_MM]
+
+
+def _of_one_value(depths: Array, chosen: Sequence[int]) -> Iterator[list[int]]:
+    """Yield groups of cuts, by index, whose depths follow each other by no more than `SAME_MM`."""
+    if not chosen:
+        return
+    by_depth = sorted(chosen, key=lambda k: (depths[k], k))
+    group = [by_depth[0]]
+    for k in by_depth[1:]:
+        if depths[k] - depths[group[-1]] > SAME_MM:
+            yield sorted(group)
+            group = []
+        group.append(k)
+    yield sorted(group)

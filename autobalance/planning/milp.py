@@ -12,14 +12,13 @@ import numpy as np
 
 from autobalance.correction.kind import Candidates
 from autobalance.integer_program import IntegerProgram, solution
+from autobalance.planning.cut_curves import Task, part_of, usual
 from autobalance.planning.depths import AIM_SHARE
 from autobalance.planning.dual_simplex import least_cost
 from autobalance.planning.milp_model import EXCESS_WEIGHT, POINTS, MilpModel, breakpoints, effects_at
-from autobalance.planning.task import Task, part_of, usual
 from autobalance.planning.ties import in_order, rounded
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
-from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.types import Array
 
 GAP = 0.03, 0.1

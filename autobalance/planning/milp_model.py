@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from autobalance.correction.contract import Apart, Cut, Variety
+from autobalance.planning.cut_curves import Task
 from autobalance.planning.depths import independent_rows, judged_rows, resultant_and_moment
-from autobalance.planning.task import Task
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.types import Array
 
 POINTS = 3

@@ -1,33 +1,189 @@
-"""Choice of cuts where whole numbers decide: holes, drills, slugs, machine steps.
-
-Where few cuts suffice, `enumeration` finds the lightest set; elsewhere a mixed-integer programme (`milp`)
-picks the cuts on piecewise linear effects. `depths` finds their depths on the exact curves, and `depth_steps`
-rounds them to the machine's steps together, so that the residual stays least.
-"""
+"""Whole cuts: fewest cuts, set-ups and steps."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
-from autobalance.correction.contract import Prefer
+from autobalance.correction.contract import Cut, Prefer, setting_of
 from autobalance.correction.kind import Candidates
-from autobalance.planning.common_depths import Groups, common_depths
-from autobalance.planning.depth_steps import finished, rounding_share, settled
-from autobalance.planning.depths import AIM_SHARE, Plan, judged_plan, plan_depths
+from autobalance.planning.cut_curves import (
+    Task,
+    finished,
+    is_discrete,
+    part_of,
+    rounding_share,
+    settled,
+    usual,
+)
+from autobalance.planning.depths import AIM_SHARE, Plan, judged_plan, nominal_plan, plan_depths
 from autobalance.planning.enumeration import lightest_set
-from autobalance.planning.equal_cut_search import equal_cuts_everywhere
-from autobalance.planning.fewest_setups import WHOLE_CUTS_SHARE, enough_share, has_steps, rank, simplest
-from autobalance.planning.milp import CUT_COUNTS, NODES, solve
+from autobalance.planning.equal_cuts import (
+    Groups,
+    common_depths,
+    equal_cuts_everywhere,
+    equal_cuts_on_each_web,
+)
+from autobalance.planning.milp import CUT_COUNTS, NODES, least_share, solve
 from autobalance.planning.milp_model import EXCESS_WEIGHT, add_points, breakpoints
-from autobalance.planning.nominal_depths import nominal_plan
-from autobalance.planning.task import Task, is_discrete, usual
 from autobalance.planning.ties import key
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.types import Array
+
+# Simplest plan to make: fewest different cuts, then fewest cuts, then the least metal.
+#
+# Cuts are equal if one setting of the machine makes them: the same tool to the same depth. Plans that reach
+# the aim are found by the other planners. Then depths of one tool are drawn together as long as the residual
+# stays small enough, and small sets of cuts of one common depth are searched directly (`equal_cut_search`).
+
+
+WHOLE_CUTS_SHARE = 0.25
+"""Share of the permissible value that plans of cuts in steps may leave, since these cannot reach the aim."""
+MERGES = 40
+"""Groups drawn together in a plan, tried at most."""
+MOST_FACES = 6
+"""Largest number of cuts of the lightest plan, of any depth, from which every choice of some is tried."""
+NEAR_ENOUGH_RATIO = 2.0
+"""Multiple of the enough share that the lightest plan may leave, for a few of its cuts to be tried."""
+
+Rank = tuple[int, int, float]
+
+
+def has_steps(candidates: Candidates) -> bool:
+    """Return whether any cut has machine steps or one depth only."""
+    return any(cut.depth_step_mm > 0.0 or cut.least_depth_mm == cut.max_depth_mm for cut in candidates.cuts)
+
+
+def enough_share(task: Task) -> float:
+    """Return the share of the permissible value below which less residual is worth no other cut."""
+    return max(task.aim * (1.0 + 1e-6), WHOLE_CUTS_SHARE if has_steps(task.candidates) else 0.0)
+
+
+def rank(task: Task, plan: Plan) -> Rank:
+    """Return the number of different cuts of a plan, of all its cuts, and their metal [g]."""
+    chosen = np.flatnonzero(plan.depths_mm > 0.0).tolist()
+    different = {(setting_of(task.cuts[k]), round(float(plan.depths_mm[k]), 6)) for k in chosen}
+    metal = sum(abs(task.cuts[k].effect(float(plan.depths_mm[k])).mass_g) for k in chosen)
+    return len(different), len(chosen), round(float(metal), 6)
+
+
+def simplest(task: Task, plans: Iterable[Plan], search: bool = True) -> Plan:
+    """Return the simplest plan derived from some plans or, with ``search``, found beside them.
+
+    Where none of them is good enough, the one of smallest residual is returned.
+    """
+    candidates = list(plans)
+    least = min(candidates, key=lambda plan: key(plan.share))
+    enough = enough_share(task)
+    good = [plan for plan in candidates if plan.share <= enough]
+    if search and is_discrete(task.candidates):
+        good += [*equal_cuts_everywhere(task, enough), *equal_cuts_on_each_web(task, enough)]
+    elif search and least.share <= NEAR_ENOUGH_RATIO * enough:  # else a few of its cuts leave more yet
+        good += _fewest_of_any_depth(task, least, enough)
+    good = [_merged(task, plan, enough) for plan in good if plan.share <= enough and _keeps_rules(task, plan)]
+    if not good:
+        return least
+    return min(good, key=lambda plan: (*rank(task, plan), key(plan.share)))
+
+
+def _keeps_rules(task: Task, plan: Plan) -> bool:
+    depths, candidates = plan.depths_mm, task.candidates
+    return (
+        all(sum(depths[k] > 0.0 for k in rule.members) <= rule.most for rule in candidates.counts)
+        and all(
+            sum(any(depths[k] > 0.0 for k in group) for group in rule.groups) <= rule.most
+            for rule in candidates.varieties
+        )
+        and all(
+            min(depths[pair.first], depths[pair.second]) <= 0.0
+            or max(depths[pair.first], depths[pair.second]) <= pair.most_mm + 1e-6
+            for pair in candidates.apart
+        )
+    )
+
+
+def _merged(task: Task, plan: Plan, enough: float) -> Plan:
+    """Return a plan with as many depths of like tools merged as the residual allows."""
+    groups = Groups.apart(task, plan.depths_mm)
+    tried = 0
+    while tried < MERGES:
+        for joined in groups.joinings():
+            tried += 1
+            here = common_depths(task, joined, enough)
+            if here is not None:
+                plan, groups = here, joined.at(here.depths_mm)
+                break
+            if tried >= MERGES:
+                return plan
+        else:
+            return plan
+    return plan
+
+
+def _fewest_of_any_depth(task: Task, least: Plan, enough: float) -> list[Plan]:
+    """Return plans of the fewest cuts of the lightest plan that are enough: of one depth, and of any."""
+    members = np.flatnonzero(least.depths_mm).tolist()
+    if len(members) > MOST_FACES:
+        return []
+    plans_found: list[Plan] = []
+    may_do: dict[tuple[int, ...], bool] = {}
+
+    def reach(few: tuple[int, ...]) -> bool:
+        """Return whether some cuts may be enough: to plan each choice of rims on a V8 took half a minute."""
+        if few not in may_do:
+            least = least_share(task.residual, task.tolerance, part_of(task, few).candidates)
+            may_do[few] = least <= max(enough, 1.0)
+        return may_do[few]
+
+    for alike in (True, False):
+        for count in range(1, len(members) + 1):
+            here = [
+                plan
+                for few in combinations(members, count)
+                if reach(few) and (plan := _of_these(task, few, alike)) is not None and plan.share <= enough
+            ]
+            if here:
+                plans_found += here
+                break
+    return plans_found
+
+
+def _of_these(task: Task, few: Sequence[int], alike: bool) -> Plan | None:
+    if alike and len({setting_of(task.cuts[k]) for k in few}) > 1:
+        return None
+    place = {k: n for n, k in enumerate(few)}
+    shared = [
+        replace(pair, first=place[pair.first], second=place[pair.second])
+        for pair in task.candidates.shared
+        if pair.first in place and pair.second in place
+    ]
+    if alike and shared and not math.isfinite(min(pair.most_mm for pair in shared)):
+        return None
+    plan = plan_depths(
+        task.residual,
+        task.tolerance,
+        [task.cuts[k] for k in few],
+        same_depth=alike or task.candidates.same_depth,
+        shared=shared,
+        aim=task.aim,
+        start_mm=np.array([0.5 * task.cuts[k].max_depth_mm for k in few]),
+    )
+    depths = np.zeros(len(task.cuts))
+    depths[list(few)] = plan.depths_mm
+    return replace(plan, depths_mm=depths) if (plan.depths_mm > 0.0).all() else None
+
+
+# Choice of cuts where whole numbers decide: holes, drills, slugs, machine steps.
+#
+# Where few cuts suffice, `enumeration` finds the lightest set; elsewhere a mixed-integer programme (`milp`)
+# picks the cuts on piecewise linear effects. `depths` finds their depths on the exact curves, and
+# `depth_steps` rounds them to the machine's steps together, so that the residual stays least.
+
 
 EQUAL_CUTS_SHARE = 0.75
 """Share of the permissible value that cuts of one tool and one depth may leave, for being equal."""
@@ -237,3 +393,35 @@ def _chosen(
         if not add_points(tables, depths, here.depths_mm):
             break
     return best
+
+
+# Plans without cuts so shallow that no machine can be set to them.
+
+
+ROUNDING_MM = 1e-9
+
+
+def least_step_mm(cut: Cut) -> float:
+    """Return the machine's smallest step of depth; 0 for a kind without one."""
+    own = getattr(cut, "min_step_mm", None)
+    return float(getattr(getattr(cut, "limits", None), "min_step_mm", 0.0) if own is None else own)
+
+
+def settable(residual: Unbalance, tolerance: Tolerance, candidates: Candidates, plan: Plan) -> Plan:
+    """Return a plan without cuts below the least step of the machine.
+
+    The others are planned again, and so on; where a job wants one depth for all cuts, all go.
+    """
+    steps = np.array([least_step_mm(cut) for cut in candidates.cuts])
+    while True:
+        depths = plan.depths_mm
+        fine = (depths > 0.0) & (depths < steps - ROUNDING_MM)
+        if not fine.any():
+            return plan
+        keep = [] if candidates.same_depth else np.flatnonzero((depths > 0.0) & ~fine).tolist()
+        without = np.zeros(len(candidates.cuts))
+        if keep:
+            task = Task(residual, tolerance, candidates, "least_metal", AIM_SHARE, *usual(candidates))
+            part = part_of(task, keep).candidates
+            without[keep] = choose(residual, tolerance, part, start_mm=depths[keep]).depths_mm
+        plan = replace(judged_plan(residual, tolerance, candidates.cuts, without), binding=plan.binding)

@@ -1,21 +1,60 @@
-"""Choice of the designs of a search that finite elements analyse, so that all others can be predicted."""
+"""Analyses of designs, and the tasks that carry them to workers."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import pickle
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from autobalance.errors import SolidError
-from autobalance.profile_search.build import with_profiles
 from autobalance.profile_search.candidates import Candidate, SearchResult, completed, front, least_violated
-from autobalance.profile_search.keys import DEFAULT_ANALYSES
-from autobalance.profile_search.strength_model import Analysed
-from autobalance.profile_search.tasks import each_done, problem_of
-from autobalance.studies.workers import Workers
+from autobalance.profile_search.input import DEFAULT_ANALYSES
+from autobalance.profile_search.problem import Problem
+from autobalance.profile_search.strength import Analysed
+from autobalance.profile_search.written import with_profiles
+from autobalance.studies.workers import InThisProcess, Workers
 from autobalance.types import Array
+
+# Tasks on designs for workers: the problem travels with each task, and a worker unpacks it once.
+
+
+Work = Callable[[tuple[Any, Any]], Any]
+"""Function of a task: takes the problem, plain or packed, and the task."""
+
+
+def each_done(
+    workers: Workers, work: Callable[[tuple[Any, Any]], Any], problem: Problem, tasks: Sequence[Any]
+) -> list[Any]:
+    """Return the results of all tasks in order; workers have no model of strengths."""
+    bare = replace(problem, model=None)
+    if isinstance(workers, InThisProcess):
+        return [work((bare, task)) for task in tasks]
+    sent, results = pickle.dumps(bare), {}
+    for done in workers.run(work, [(sent, task) for task in tasks]):
+        # where no worker outlives a task, this process does it
+        results[done.number] = work((bare, tasks[done.number])) if done.lost else done.value
+    return [results[number] for number in range(len(tasks))]
+
+
+def problem_of(sent: Any) -> Problem:
+    """Return the problem of a task, plain or unpacked."""
+    return sent if isinstance(sent, Problem) else _unpacked(sent)
+
+
+@lru_cache(maxsize=1)
+def _unpacked(sent: bytes) -> Problem:
+    """Return a packed problem; a worker unpacks it once."""
+    problem: Problem = pickle.loads(sent)
+    return problem
+
+
+# Choice of the designs of a search that finite elements analyse, so that all others can be predicted.
+
 
 MIN_FIRST_ANALYSES = 6
 """Smallest number of designs analysed in the first generation."""

@@ -19,8 +19,8 @@ VERB = Verb(
 
 def run(arguments: argparse.Namespace) -> int:
     """Search; 0 where a design keeps everything, else 4."""
+    from autobalance.command.console import shown
     from autobalance.command.finish import finish_in_place
-    from autobalance.command.progress import shown
     from autobalance.profile_search.verb import design
 
     with shown() as progress:

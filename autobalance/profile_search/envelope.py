@@ -13,8 +13,7 @@ from autobalance.balancing.measured import Crank
 from autobalance.declare import UNWRITTEN, NotNegative, Triple
 from autobalance.errors import JobError
 from autobalance.profile_search.free_metal import FreeMetal
-from autobalance.profile_search.input import DesignJob
-from autobalance.profile_search.keys import Envelope
+from autobalance.profile_search.input import DesignJob, Envelope
 from autobalance.profile_search.neighbours import (
     DesignClearance,
     Neighbour,

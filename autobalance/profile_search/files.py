@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from autobalance.profile_search.answer import DesignReport, FiniteElements
 from autobalance.report.pictures.zbuffer import Camera, png, render
-from autobalance.report.plot_files import Plot
+from autobalance.report.plots import Plot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

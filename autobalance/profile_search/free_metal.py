@@ -13,12 +13,18 @@ import numpy as np
 from autobalance.balancing.measured import Crank
 from autobalance.crank.anatomy import Throw, Web
 from autobalance.errors import JobError
-from autobalance.profile_search.input import DesignJob
-from autobalance.profile_search.keys import FreePart
-from autobalance.profile_search.outlines import past, placed_along, prism, sector_mm
-from autobalance.profile_search.profile import Profile, fitted_radii_mm, refuse_crossing
+from autobalance.profile_search.input import DesignJob, FreePart
+from autobalance.profile_search.outlines import (
+    Profile,
+    fitted_radii_mm,
+    past,
+    placed_along,
+    prism,
+    refuse_crossing,
+    sector_mm,
+)
 from autobalance.profile_search.sections import FreeBody, round_mm
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array

@@ -17,12 +17,12 @@ from typing import Any
 
 import numpy as np
 
+from autobalance.profile_search.candidates import PER_UNIT, pull_of
 from autobalance.profile_search.envelope import ROUGH_ANGLES, ROUGH_MM
 from autobalance.profile_search.free_metal import FreeMetal, regathered
 from autobalance.profile_search.neighbours import least_clearance
+from autobalance.profile_search.outlines import fitted_radii_mm
 from autobalance.profile_search.problem import COLUMNS, Problem
-from autobalance.profile_search.profile import fitted_radii_mm
-from autobalance.profile_search.refine import PER_UNIT, pull_of
 from autobalance.types import Array
 
 RAYS, LEVELS = 60, 24

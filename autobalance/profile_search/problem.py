@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.balancing import rotor_from_job
-from autobalance.balancing.crankpins import with_crankpins
+from autobalance.balancing.engine_from_job import with_crankpins, with_oil
 from autobalance.balancing.measured import Crank
-from autobalance.balancing.oil_from_job import with_oil
 from autobalance.finite_elements.mesher import need_libraries
 from autobalance.profile_search import strength
 from autobalance.profile_search.envelope import (
@@ -27,12 +26,11 @@ from autobalance.profile_search.envelope import (
 from autobalance.profile_search.free_metal import FreeMetal, FreeWeb
 from autobalance.profile_search.input import DesignJob
 from autobalance.profile_search.neighbours import DesignClearance, Neighbour
-from autobalance.profile_search.profile import AreaMoments
-from autobalance.profile_search.strength_model import StrengthModel
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.profile_search.outlines import AreaMoments
+from autobalance.profile_search.strength import StrengthModel
 from autobalance.rigid_rotor.tolerance import Tolerance
-from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.running_gear.balance_factor import bob_weight_moments
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
+from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 

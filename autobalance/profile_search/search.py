@@ -1,28 +1,36 @@
-"""The search for designs: a genetic algorithm over control points, each design's balance solved for.
-
-Deterministic: every generation follows from the seed and the values of those before, so a stopped search
-is repeated with the values on disk.
-"""
+"""The search for designs: its start, a genetic algorithm, what is kept of it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import json
+import shutil
+import zlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from itertools import takewhile
+from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
 
-from autobalance.errors import FileError
-from autobalance.profile_search.analyses import analysed_next
-from autobalance.profile_search.candidates import Candidate, SearchResult, completed, judged
+from autobalance.declare import NotNegative
+from autobalance.errors import FileError, file_errors
+from autobalance.profile_search.analyses import analysed_next, each_done, problem_of
+from autobalance.profile_search.candidates import Candidate, SearchResult, completed, judged, refined_sum
+from autobalance.profile_search.envelope import Violation
 from autobalance.profile_search.level_sets import CLOSENESS_STEPS, Closeness, LevelSet, begun, level_sets
 from autobalance.profile_search.problem import Problem
-from autobalance.profile_search.refine import refined_sum
-from autobalance.profile_search.strength_model import Analysed
-from autobalance.profile_search.tasks import each_done, problem_of
+from autobalance.profile_search.strength import Analysed
 from autobalance.runtime import Progress, no_progress
+from autobalance.studies.batch.journal import made_folder
 from autobalance.studies.workers import InThisProcess, Workers
 from autobalance.types import Array
+
+# The search for designs: a genetic algorithm over control points, each design's balance solved for.
+#
+# Deterministic: every generation follows from the seed and the values of those before, so a stopped search
+# is repeated with the values on disk.
+
 
 PENALTY = 1e3
 """Weight of violations for a method without constraints."""
@@ -230,3 +238,124 @@ def _tell_algorithm(algorithm: Any, population: Any, candidates: Sequence[Candid
         population.set("G", broken)
     algorithm.evaluator.n_eval += len(candidates)
     algorithm.tell(infills=population)
+
+
+# The start of a design search: its objectives, its residual, and the constraints that it breaks.
+
+
+@dataclass(frozen=True)
+class StartFigures:
+    """Objectives and residual of the original crank, and constraints that it breaks."""
+
+    objectives: Annotated[Mapping[str, float], "by name"]
+    residual_g_mm: NotNegative
+    feasible: bool
+    violations: tuple[Violation, ...]
+    fit_error_mm: Annotated[NotNegative, "of the profiles to the start's own rims"]
+
+
+def judged_start(problem: Problem) -> StartFigures:
+    """Judge the original crank.
+
+    Raises
+    ------
+    SolidError
+        If finite elements are wanted, and the solid cannot be meshed.
+    """
+    variables, moments = problem.as_it_came, problem.crank.moments
+    residual = problem.residual(moments)
+    constraints, _ = problem.constraints(variables, moments, residual)
+    solid = problem.crank.source.solid.moved(problem.crank.anatomy.file_to_rotor)
+    strengths = problem.strengths(moments, solid)
+    every = [*constraints, *problem.of_strengths(strengths)]
+    broken = tuple(each.violation for each in every if each.violation is not None)
+    return StartFigures(
+        problem.asked(problem.objectives(moments, strengths, solid)),
+        residual.magnitude_g_mm,
+        not broken,
+        broken,
+        problem.free.fit_error_mm,
+    )
+
+
+# A design search on disk: one line for each generation, from which a stopped search resumes.
+
+
+SEARCH_FILE = "search.jsonl"
+WRITTEN_FILES = ("design.json", "front.svg", "front.png", SEARCH_FILE)
+DESIGNS = "designs"
+
+
+class KeptSearch:
+    """Generations of a search, kept in a folder if there is one.
+
+    Parameters
+    ----------
+    folder : Path or None
+    fingerprint : str
+        Hash of everything that the search depends on; each line holds it.
+    fresh : bool
+        Delete the results of earlier searches in the folder.
+
+    Raises
+    ------
+    FileError
+        If the folder belongs to another design, or cannot be written.
+    """
+
+    def __init__(self, folder: Path | None, fingerprint: str, *, fresh: bool) -> None:
+        self.generations: list[Generation] = []
+        self._folder, self._fingerprint = folder, fingerprint
+        if folder is None:
+            return
+        lines = [] if fresh else _lines(folder / SEARCH_FILE)
+        if any(line.get("design") != fingerprint for line in lines):
+            raise FileError(f"{folder} holds another design's search; choose another folder, or --fresh")
+        self.generations = [Generation.of_line(line) for line in takewhile(_is_as_written, lines)]
+        made_folder(folder)
+        with file_errors(f"write {folder}"):
+            if fresh:
+                _forget(folder)
+            text = "".join(self._text(generation) for generation in self.generations)
+            (folder / SEARCH_FILE).write_text(text, encoding="utf-8")
+
+    def keep(self, generation: Generation) -> None:
+        if self._folder is not None:
+            with (self._folder / SEARCH_FILE).open("a", encoding="utf-8") as stream:
+                stream.write(self._text(generation))
+
+    def _text(self, generation: Generation) -> str:
+        line = generation.line()
+        return json.dumps({"design": self._fingerprint, "crc32": _crc32(line), **line}) + "\n"
+
+
+def _crc32(line: Mapping[str, Any]) -> int:
+    return zlib.crc32(json.dumps(line).encode())
+
+
+def _is_as_written(line: Mapping[str, Any]) -> bool:
+    """Return whether a line is as it was written: the search resumes before the first changed one."""
+    generation = {key: value for key, value in line.items() if key not in ("design", "crc32")}
+    return line.get("crc32") == _crc32(generation)
+
+
+def _lines(path: Path) -> list[dict[str, Any]]:
+    """Return the complete lines of a file as objects, up to the first that is not JSON."""
+    if not path.exists():
+        return []
+    entries = []
+    for text in path.read_text(encoding="utf-8", errors="replace").split("\n")[:-1]:
+        try:
+            line = json.loads(text)
+        except (ValueError, RecursionError):
+            break
+        entries.append(line if isinstance(line, dict) else {})
+    return entries
+
+
+def _forget(folder: Path) -> None:
+    """Delete everything that searches have written to the folder."""
+    for name in WRITTEN_FILES:
+        (folder / name).unlink(missing_ok=True)
+    if (folder / DESIGNS).is_dir():
+        shutil.rmtree(folder / DESIGNS)

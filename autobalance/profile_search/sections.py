@@ -15,8 +15,8 @@ from functools import cache, cached_property
 import numpy as np
 
 from autobalance.errors import JobError
-from autobalance.profile_search.keys import Hole
-from autobalance.profile_search.profile import AreaMoments, Profile
+from autobalance.profile_search.input import Hole
+from autobalance.profile_search.outlines import AreaMoments, Profile
 from autobalance.solid.csg.region import Region
 from autobalance.types import Array
 

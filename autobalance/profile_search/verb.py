@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from autobalance.report.earlier_files import remove_stale
-from autobalance.report.files import Staging
-from autobalance.report.plot_files import Plot, Plots
+from autobalance.report.files import Staging, remove_stale
+from autobalance.report.plots import Plot, Plots
 from autobalance.runtime import Progress, no_progress
-from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.declaration import documented
 from autobalance.verbs.result import VerbResult
 from autobalance.version import __version__
 
@@ -102,9 +101,8 @@ def design(
     from autobalance.balancing.measured_crank import measure_crank
     from autobalance.profile_search.free_metal import free_metal
     from autobalance.profile_search.input import load_design, parse_design
-    from autobalance.profile_search.kept import KeptSearch
     from autobalance.profile_search.problem import Problem
-    from autobalance.profile_search.search import searched
+    from autobalance.profile_search.search import KeptSearch, searched
     from autobalance.runtime import Stopwatch
     from autobalance.studies.workers import workers_of
 
@@ -135,11 +133,17 @@ def _fingerprint(job: DesignJob, crank_sha256: str) -> str:
 
 
 def _result(findings: SearchResult, started: float, notify: Progress) -> DesignResult:
-    from autobalance.profile_search.answer import DesignFigures, DesignReport, SearchFigures
-    from autobalance.profile_search.chosen import chosen, with_refined
+    from autobalance.profile_search.answer import (
+        DesignFigures,
+        DesignReport,
+        SearchFigures,
+        front_of,
+        infeasible_reason,
+        step_notes,
+    )
+    from autobalance.profile_search.candidates import chosen, with_refined
     from autobalance.profile_search.remedies import remedies
-    from autobalance.profile_search.start import judged_start
-    from autobalance.profile_search.values import front_of, infeasible_reason, step_notes
+    from autobalance.profile_search.search import judged_start
 
     problem = findings.problem
     every = findings
@@ -175,9 +179,8 @@ def _result(findings: SearchResult, started: float, notify: Progress) -> DesignR
 
 def _files(problem: Problem, design: WrittenDesign) -> dict[str, bytes]:
     """Return a design's files by name."""
-    from autobalance.profile_search.exact import design_step
     from autobalance.profile_search.files import design_picture
-    from autobalance.profile_search.written_job import job_toml
+    from autobalance.profile_search.written import design_step, job_toml
     from autobalance.solid.cad.installed import has_kernel
 
     files = {"crank.stl": design.data}

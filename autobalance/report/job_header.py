@@ -1,4 +1,4 @@
-"""Job and shop of a report, as the head of every page has them."""
+"""Job, shop and engine of a report in words, as the head of every page has them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,9 @@ from typing import Any, NamedTuple
 
 from autobalance.types import Report
 from autobalance.wording import at
+
+# Job and shop of a report, as the head of every page has them.
+
 
 NAMED = ("customer", "engine", "serial", "operator", "note")
 """Keys of ``[job]``, in the order in which pages have them."""
@@ -85,3 +88,25 @@ def page_header(report: Report) -> dict[str, Any]:
         "shop": shop_name(report),
         "work": work(report),
     }
+
+
+# An engine's sense of turning and its external balance in words, for sheets, cards and pages.
+
+
+EXTERNAL_TEXTS = {
+    "solve": "They carry the unbalance that is missing: weld or bolt it on at the angle, or drill opposite.",
+    "detroit": "They carry this now, and the crank is cut to suit them.",
+    "neutral": "They carry nothing: balance each alone.",
+}
+
+
+def turning_words(report: Report) -> str:
+    """Return a sentence, after a space, for an engine that turns clockwise; empty for any other."""
+    clockwise = at(report, "job.engine.turns") == "cw"
+    return " In the engine the crank turns clockwise, seen from +z." if clockwise else ""
+
+
+def external_words(report: Report) -> str:
+    """Return the words on the parts of an external balance."""
+    words = EXTERNAL_TEXTS[str(at(report, "job.balance.external"))]
+    return f"{words} Spin the crank with them on, or say attached_fitted = false in the reading."

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from autobalance.report.output_kind import OutputKind
+from autobalance.report.output_kinds import OutputKind
 from autobalance.solid.cad.installed import has_kernel
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from autobalance.runtime import Notify
 
 if TYPE_CHECKING:
     from autobalance.balancing.measured import Crank
-    from autobalance.report.page.shown import Shown
+    from autobalance.report.page.view import Shown
     from autobalance.solid.csg.solid import Solid
 
 
@@ -60,7 +60,7 @@ class Material:
     @cached_property
     def shown(self) -> Shown:
         """The crank in pieces: the body that stays, and the metal of each correction."""
-        from autobalance.report.page.shown import Shown
+        from autobalance.report.page.view import Shown
 
         return Shown.of(self.report, self.before, self.after, self.tools)
 
@@ -78,7 +78,7 @@ class Material:
         """The surface of a scan in the colours of its distance from its own surfaces or drawing, as PNG."""
         if self.crank is None:
             return None
-        from autobalance.report.pictures.deviation import surface_image
+        from autobalance.report.pictures.picture import surface_image
         from autobalance.report.pictures.zbuffer import png
 
         image = surface_image(self.crank)

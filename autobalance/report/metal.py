@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from autobalance.report.balance import kinds
+from autobalance.solid.csg.shape import Shared, beyond, shared_with
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.csg.sourced import Shared, beyond, shared_with
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Indices
 

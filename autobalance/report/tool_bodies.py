@@ -15,7 +15,7 @@ def tool_bodies(material: Material, is_exact: bool) -> bytes:
     entries = material.report["corrections"]
     material.notify("drawing the tools")
     if not is_exact:
-        from autobalance.solid.formats.threemf_archive import write_objects
+        from autobalance.solid.formats.threemf import write_objects
 
         meshes = [tool.mesh for tool in material.tools]
         named = [
@@ -25,8 +25,8 @@ def tool_bodies(material: Material, is_exact: bool) -> bytes:
         ]
         return write_objects(named, "millimeter")
     from autobalance.correction import KINDS
-    from autobalance.solid.cad.shapes import shape_of
-    from autobalance.solid.cad.step_file import write_parts
+    from autobalance.solid.cad.build import shape_of
+    from autobalance.solid.cad.files import write_parts
 
     back = np.linalg.inv(np.array(material.report["frame"]["file_to_rotor"]))
     drawn = [

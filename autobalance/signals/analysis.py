@@ -8,21 +8,15 @@ from functools import cached_property
 import numpy as np
 
 from autobalance.errors import FormatError
-from autobalance.signals.axes import Circles, circles
 from autobalance.signals.bearing import Defect, Envelope, defects, envelope, liveliest_band
-from autobalance.signals.checks import aliasing_note, clipped_share, filled
-from autobalance.signals.crossings import Crossing, crossings
-from autobalance.signals.long_records import MAX_WHOLE, sines_of, thinned
+from autobalance.signals.by_angle import TURN, Circles, Turning, circles
 from autobalance.signals.modes import Mode, modes_of_run_up, modes_of_sweep, modes_of_transfer
-from autobalance.signals.order_lines import OrderLines, order_lines
-from autobalance.signals.record import Channel, Record
+from autobalance.signals.record import COSINES, Channel, Record
 from autobalance.signals.rolling_bearing import RollingBearing
-from autobalance.signals.sines import Sine
-from autobalance.signals.spectra import Welch, welch
-from autobalance.signals.speed import speed_of_record
+from autobalance.signals.sines import Sine, aliasing_note, clipped_share, filled
+from autobalance.signals.spectra import MAX_WHOLE, Welch, sines_of, thinned, welch
+from autobalance.signals.speed import Crossing, OrderLines, crossings, order_lines, speed_of_record
 from autobalance.signals.tacho import TachoPulses, pulses
-from autobalance.signals.turning import TURN, Turning
-from autobalance.signals.windows import COSINES
 
 STEADY_SPEED_VARIATION = 0.02
 """Largest variation of a steady speed, as a share of its mean; with more it is a run-up."""

@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal
 
 from autobalance.declare import ABSENT, INLINE, Absent, Count, NotNegative, Ordinal, Pair, Positive, record
-from autobalance.report.records.head import Head
-from autobalance.signals.axes import Circles
+from autobalance.report.records.answers import Head
 from autobalance.signals.bearing import Defect
-from autobalance.signals.crossings import Crossing
+from autobalance.signals.by_angle import Circles
 from autobalance.signals.explained import ComparedOrder, OrderFigures, Peak
-from autobalance.signals.levels import Band
 from autobalance.signals.modes import Mode
+from autobalance.signals.spectra import Band
+from autobalance.signals.speed import Crossing
 from autobalance.signals.tacho import TachoPulses
 
 

@@ -8,10 +8,10 @@ import numpy as np
 from scipy import fft
 
 from autobalance.errors import FormatError
+from autobalance.signals.by_angle import TURN, Turning
 from autobalance.signals.record import Channel
 from autobalance.signals.rolling_bearing import MAX_SLIP, RollingBearing
 from autobalance.signals.sines import Sine, find_sines
-from autobalance.signals.turning import TURN, Turning
 from autobalance.types import Array
 
 FEWEST_TURNS = 4

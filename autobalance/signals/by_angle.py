@@ -1,21 +1,103 @@
-"""Computed order tracking: resampling from even steps of time to even steps of the shaft's angle.
-
-Each value is Σ x[n] h(t − n/f_s), with h a sinc under a Kaiser window whose cut-off follows the speed. It is
-flat to the highest order wanted, and 120 dB down from the order on that would fold back onto it. One filter
-thus does both anti-aliasing and interpolation. If the shaft turns slowly for the sample rate, a first filter
-reduces that rate.
-"""
+"""The shaft's angle as a function of time, and resampling by it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from scipy import signal
+from scipy.interpolate import CubicSpline
 
+from autobalance.declare import NotNegative, Positive, derived
 from autobalance.signals.record import Channel
-from autobalance.signals.turning import TURN, Turning
 from autobalance.types import Array
+
+# The shaft's angle as a smooth function of time, with its speed.
+
+
+TURN = 2.0 * np.pi
+
+
+@dataclass(frozen=True, eq=False)
+class Turning:
+    """Angle θ(t) between two instants; a cubic spline, so that the speed has no steps and no corners.
+
+    Parameters
+    ----------
+    times_s : (k,) array
+        Ascending, k ≥ 2 [s].
+    angles_rad : (k,) array
+        Ascending [rad]; 0 is the origin of phases.
+    """
+
+    times_s: Array
+    angles_rad: Array
+    _spline: CubicSpline = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        spline = (
+            CubicSpline(self.times_s, self.angles_rad, bc_type="natural")
+            if len(self.times_s) < 4
+            else CubicSpline(self.times_s, self.angles_rad)
+        )
+        object.__setattr__(self, "_spline", spline)
+
+    @classmethod
+    def steady(cls, speed_rpm: float, duration_s: float) -> Turning:
+        """Return a constant speed from angle 0 at the first sample."""
+        return cls(np.array([0.0, duration_s]), np.array([0.0, TURN * speed_rpm / 60.0 * duration_s]))
+
+    @property
+    def start_s(self) -> float:
+        """Return the first time with a known angle [s]."""
+        return float(self.times_s[0])
+
+    @property
+    def end_s(self) -> float:
+        """Return the last time with a known angle [s]."""
+        return float(self.times_s[-1])
+
+    @property
+    def turns(self) -> float:
+        """Return the number of turns, not rounded."""
+        return float(self.angles_rad[-1] - self.angles_rad[0]) / TURN
+
+    def angle_rad(self, times_s: Array) -> Array:
+        """Return the angles at times (n,) [rad]."""
+        return np.asarray(self._spline(times_s))
+
+    def speed_rad_s(self, times_s: Array) -> Array:
+        """Return the speeds at times (n,) [rad/s]."""
+        return np.asarray(self._spline(times_s, 1))
+
+    def time_s(self, angles_rad: Array) -> Array:
+        """Return the times of angles (n,), by Newton's method from the nearest known ones [s]."""
+        times = np.interp(angles_rad, self.angles_rad, self.times_s)
+        for _ in range(4):
+            speed = np.maximum(self.speed_rad_s(times), 1e-9)
+            times = np.clip(times - (self.angle_rad(times) - angles_rad) / speed, self.start_s, self.end_s)
+        return times
+
+    def speeds_rpm(self) -> Array:
+        """Return the speeds at the known angles and midway between them [1/min]."""
+        middle = 0.5 * (self.times_s[1:] + self.times_s[:-1])
+        return self.speed_rad_s(np.sort(np.concatenate([self.times_s, middle]))) * 60.0 / TURN
+
+    @property
+    def mean_rpm(self) -> float:
+        """Return the mean speed over time [1/min]."""
+        return 60.0 * self.turns / (self.end_s - self.start_s)
+
+
+# Computed order tracking: resampling from even steps of time to even steps of the shaft's angle.
+#
+# Each value is Σ x[n] h(t − n/f_s), with h a sinc under a Kaiser window whose cut-off follows the speed. It
+# is flat to the highest order wanted, and 120 dB down from the order on that would fold back onto it. One
+# filter thus does both anti-aliasing and interpolation. If the shaft turns slowly for the sample rate, a
+# first filter reduces that rate.
+
 
 STOP_DB = 120.0
 KAISER = 0.1102 * (STOP_DB - 8.7)
@@ -127,3 +209,45 @@ def _interpolated(values: Array, rate: float, times_s: Array, pass_hz: float, st
         reading = np.clip(whole[:, None] + offsets[None, :], 0, len(values) - 1)
         samples[first : first + POINTS] = (values[reading] * weights).sum(axis=1)
     return samples
+
+
+# Motion in a plane, from two axes: one circle with the shaft's rotation and one against it.
+
+
+ROTATING_BELOW = 0.2
+RECIPROCATING_ABOVE = 0.8
+
+
+@dataclass(frozen=True)
+class Circles:
+    """Radii of the two circles of X + iY at an order; forward is from X to Y."""
+
+    schema_name: ClassVar[str] = "circle_figures"
+
+    order: Positive
+    forward: NotNegative
+    backward: NotNegative
+
+    @derived
+    def verdict(self) -> str:
+        """Return rotating, reciprocating or mixed.
+
+        A turning force draws one circle; a force in a fixed direction two equal ones.
+
+        Examples
+        --------
+        >>> circles(1.0, 1.0 + 0j, -1j).verdict, circles(1.0, 1.0 + 0j, 0j).verdict
+        ('rotating', 'reciprocating')
+        """
+        small, large = sorted((self.forward, self.backward))
+        if large == 0.0 or small < ROTATING_BELOW * large:
+            return "rotating"
+        return "reciprocating" if small > RECIPROCATING_ABOVE * large else "mixed"
+
+
+def circles(order: float, x: complex, y: complex) -> Circles:
+    """Return the circles of X = Re(x e^(ikθ)) and Y = Re(y e^(ikθ)).
+
+    X + iY = f e^(ikθ) + b e^(−ikθ), f = (x + iy)/2, b̄ = (x − iy)/2.
+    """
+    return Circles(order, abs(x + 1j * y) / 2.0, abs(x - 1j * y) / 2.0)

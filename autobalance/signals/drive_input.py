@@ -9,7 +9,7 @@ from typing import Any
 
 from autobalance.declare import Key, Values, keys_of, made
 from autobalance.errors import JobError
-from autobalance.job.addon_tables import AddonTables, TablesRead
+from autobalance.job.tables import AddonTables, TablesRead
 from autobalance.signals.drive_sources import Drive
 from autobalance.toml_files.keys import read_document
 

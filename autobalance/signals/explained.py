@@ -11,8 +11,8 @@ import numpy as np
 
 from autobalance.declare import NotNegative, Positive
 from autobalance.signals.analysis import Analysis, uncertain_ratio
-from autobalance.signals.levels import Band, band_levels
 from autobalance.signals.sources import Source, candidates, natural_sources
+from autobalance.signals.spectra import Band, band_levels
 from autobalance.types import Complex
 
 SAME_ORDER = 1e-9

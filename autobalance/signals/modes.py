@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, optimize, signal
 
-from autobalance.signals.turning import TURN, Turning
+from autobalance.signals.by_angle import TURN, Turning
 from autobalance.types import Array, Complex
 
 MIN_SAMPLES = 256

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from autobalance.balancing import engine_from_job, rotor_from_job
+from autobalance.balancing.engine_from_job import with_oil
 from autobalance.balancing.measured import Crank
-from autobalance.balancing.oil_from_job import with_oil
 from autobalance.declare import ABSENT
 from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.job import Job

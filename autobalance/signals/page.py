@@ -10,8 +10,8 @@ import numpy as np
 from autobalance.report.page.templates import rendered
 from autobalance.signals.analysis import Analysis
 from autobalance.signals.record import Channel
+from autobalance.signals.show import shown_orders
 from autobalance.signals.sines import amplitude_spectrum
-from autobalance.signals.text import shown_orders
 from autobalance.types import Array, Values
 
 if TYPE_CHECKING:

@@ -1,15 +1,21 @@
-"""Averaged spectra and their derivatives: Welch with scatter, bands of RMS, velocity and displacement."""
+"""Averaged spectra, levels of vibration, and quantities by integration."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from scipy import fft, signal
 
-from autobalance.signals.record import Channel
-from autobalance.signals.windows import window
+from autobalance.declare import NotNegative, Positive
+from autobalance.errors import FormatError
+from autobalance.signals.record import Channel, Record, spelled, window
+from autobalance.signals.sines import Sine, find_sines
 from autobalance.types import Array
+
+# Averaged spectra and their derivatives: Welch with scatter, bands of RMS, velocity and displacement.
+
 
 STANDARD_GRAVITY = 9.80665
 ACCELERATION = {"g": STANDARD_GRAVITY, "m/s²": 1.0, "mm/s²": 1e-3}
@@ -158,3 +164,143 @@ def _recursion(values: Array, order: int) -> Array:
         coefficients = np.concatenate([coefficients, [0.0]]) + k * np.concatenate([[0.0], coefficients[::-1]])
         forward, backward = (forward + k * backward)[1:], (backward + k * forward)[:-1]
     return coefficients
+
+
+# Levels of vibration: acceleration, velocity and displacement in the usual bands.
+
+
+LevelQuantity = Literal["displacement", "velocity", "acceleration"]
+QUANTITIES: tuple[LevelQuantity, ...] = ("displacement", "velocity", "acceleration")
+UNITS = {"displacement": ("µm", 1e6), "velocity": ("mm/s", 1e3), "acceleration": ("m/s²", 1.0)}
+MIN_PERIODS = 4.0
+"""Periods of a band's lowest frequency that a record must hold."""
+
+
+@dataclass(frozen=True)
+class Band:
+    """RMS of a quantity in a band."""
+
+    quantity: LevelQuantity
+    unit: str
+    low_hz: NotNegative
+    high_hz: Positive
+    rms: NotNegative
+
+
+def band_levels(channel: Channel) -> list[Band]:
+    """Return RMS of acceleration, velocity and displacement in the usual bands; empty for unknown units."""
+    known = quantity(spelled(channel.unit))
+    if known is None:
+        return []
+    times, size = known
+    levels = []
+    for low, high in BANDS_HZ:
+        if high > 0.5 * channel.sample_rate_hz or low * channel.duration_s < MIN_PERIODS:
+            continue
+        spectrum = welch(channel, least_hz=low)
+        for wanted, name in enumerate(QUANTITIES):
+            unit, scale = UNITS[name]
+            rms = band_rms(spectrum, low, high, wanted - times) * size * scale
+            levels.append(Band(name, unit, low, high, rms))
+    return levels
+
+
+# Piecewise work on records longer than memory or patience.
+
+
+MAX_WHOLE = 1 << 24
+"""Largest number of samples of a record transformed whole: 5 minutes at 50 kHz."""
+PIECE = 1 << 22
+MODE_SAMPLES = 1 << 22
+SAME_BINS = 0.5
+
+
+def sines_of(
+    channel: Channel, window_name: str, most: int, whole: int = MAX_WHOLE, piece: int = PIECE
+) -> list[Sine]:
+    """Return the sines of a whole record; of one of more than ``whole`` samples, those of pieces combined.
+
+    Then an amplitude is the RMS over the pieces, and the phase that of the strongest piece, extrapolated to
+    the first sample.
+    """
+    if most == 0:
+        return []
+    if len(channel) <= whole:
+        return find_sines(channel.values(), channel.sample_rate_hz, window_name, most)
+    rate = channel.sample_rate_hz
+    starts = range(0, len(channel) - piece + 1, piece)
+    seen = [
+        (sine, start / rate)
+        for start in starts
+        for sine in find_sines(channel.values(start, start + piece), rate, window_name, most)
+    ]
+    groups: list[list[tuple[Sine, float]]] = []
+    for sine, start in sorted(seen, key=lambda each: each[0].frequency_hz):
+        last = groups[-1][-1][0].frequency_hz if groups else -np.inf
+        if sine.frequency_hz - last > SAME_BINS * rate / piece:
+            groups.append([])
+        groups[-1].append((sine, start))
+    sines = [_together(group, len(starts)) for group in groups]
+    return sorted(sines, key=lambda sine: -sine.amplitude)[:most]
+
+
+def _together(group: list[tuple[Sine, float]], pieces: int) -> Sine:
+    power = np.array([sine.amplitude**2 for sine, _ in group])
+    frequency = float(power @ [sine.frequency_hz for sine, _ in group] / power.sum())
+    best, start = max(group, key=lambda each: each[0].amplitude)
+    phase = best.phase_rad - 2.0 * np.pi * best.frequency_hz * start
+    return Sine(frequency, float(np.sqrt(power.sum() / pieces)), float(np.angle(np.exp(1j * phase))))
+
+
+def thinned(channel: Channel, length: int) -> tuple[Array, float]:
+    """Return the first samples of a channel, decimated where they are very many, and their rate [Hz]."""
+    fewer = -(-length // MODE_SAMPLES)
+    values = channel.values(0, length)
+    if fewer == 1:
+        return values, channel.sample_rate_hz
+    return np.asarray(signal.resample_poly(values, 1, fewer)), channel.sample_rate_hz / fewer
+
+
+# A channel as another quantity: acceleration, velocity or displacement, by integration over time.
+
+
+Quantity = Literal["acceleration", "velocity", "displacement"]
+DERIVED_QUANTITIES: dict[str, tuple[int, str, float]] = {
+    "acceleration": (2, "m/s²", 1.0),
+    "velocity": (1, "mm/s", 1e3),
+    "displacement": (0, "µm", 1e6),
+}
+"""Order of the time derivative of displacement, unit of the result, and its number per SI unit."""
+LOWEST_HZ = 2.0
+"""Lowest frequency kept whole: below, integration would drown all in noise."""
+
+
+def as_quantity(record: Record, target: Quantity, tacho: str | None) -> Record:
+    """Return a record with all channels of motion converted to one quantity; the tacho and others stay.
+
+    Raises
+    ------
+    FormatError
+        If no channel is of acceleration, velocity or displacement, or one is too long to be integrated whole.
+    """
+    known = [each for each in record.channels if quantity(spelled(each.unit)) is not None]
+    known = [each for each in known if tacho is None or not each.is_called(tacho)]
+    if not known:
+        units = ", ".join(f"{each.name} [{each.unit or 'no unit'}]" for each in record.channels)
+        raise FormatError(f"{record.file} has no channel of acceleration, velocity or displacement: {units}")
+    ids = {id(each) for each in known}
+    channels = tuple(_as(each, target) if id(each) in ids else each for each in record.channels)
+    return replace(record, channels=channels)
+
+
+def _as(channel: Channel, target: Quantity) -> Channel:
+    if len(channel) > MAX_WHOLE:
+        raise FormatError(f"{channel.name} has {len(channel)} samples; up to {MAX_WHOLE} can be integrated")
+    spelled_as = quantity(spelled(channel.unit))
+    assert spelled_as is not None  # asked before
+    times, size = spelled_as
+    order, unit, scale = DERIVED_QUANTITIES[target]
+    values = channel.values() * (size * scale)
+    if times != order:
+        values = integrated(values, channel.sample_rate_hz, LOWEST_HZ, times - order)
+    return replace(channel, unit=unit, stored=values, factor=1.0, offset=0.0)

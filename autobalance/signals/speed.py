@@ -1,21 +1,149 @@
-"""Speed of the shaft from the record itself: the comb of orders in its spectrum.
-
-Pieces of the record are compared with combs of orders at every possible speed; the best course through
-them, without jumps, is a first speed. Then the phases of the strong orders correct the angle.
-"""
+"""Orders of a record: speed, lines, maps over time."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from autobalance.signals.order_lines import CYCLE, fit_between, whole_cycles
-from autobalance.signals.record import Channel
-from autobalance.signals.turning import TURN, Turning
-from autobalance.types import Array
+from autobalance.signals.by_angle import TURN, Turning, by_angle, samples_per_turn
+from autobalance.signals.record import Channel, gain, window
+from autobalance.types import Array, Complex
+
+# Orders of a record: cos and sin of every half order fitted to the samples by the shaft's own angle.
+#
+# x ≈ a₀ + Σ Re(c_k e^(ikθ)), k = ½, 1, 1½, …: weighted least squares with the weight dθ = θ̇ dt, over an
+# even number of whole turns. There the waves are almost orthogonal, so that this is the Fourier integral by
+# angle; as a fit, it is also exact where the turns hold no whole number of samples. No resampling is needed,
+# hence no filter and no ends. The normal equations hold only the sums Σ w e^(imθ/2) and Σ w x e^(−imθ/2),
+# which are accumulated block by block.
+
+
+CYCLE = 2.0 * TURN
+"""Period of the half orders: two turns."""
+CHUNK = 1 << 12
+"""Samples processed at a time: their waves stay in the processor's cache."""
+MOST_BLOCKS = 32
+
+
+@dataclass(frozen=True, eq=False)
+class OrderLines:
+    """Complex amplitudes A e^(iφ) by half order, from ½ on.
+
+    ``blocks`` (b, n) are the amplitudes of equal pieces of the record, of whole cycles each; ``angles_rad``
+    are the pieces' edges.
+    """
+
+    amplitudes: Complex
+    blocks: Complex
+    angles_rad: Array
+
+    @property
+    def orders(self) -> Array:
+        """Return the orders ½, 1, … (n,)."""
+        return np.asarray(0.5 * np.arange(1, len(self.amplitudes) + 1), dtype=float)
+
+    @property
+    def turns(self) -> int:
+        """Return the number of whole turns of the fit."""
+        return round(float(self.angles_rad[-1] - self.angles_rad[0]) / TURN)
+
+    def standard_errors(self) -> Array:
+        """Return the standard error of each amplitude's real and imaginary part, from the pieces (n,)."""
+        count = len(self.blocks)
+        if count < 3:
+            return np.full(len(self.amplitudes), np.nan)
+        spread = self.blocks - self.blocks.mean(axis=0)
+        return np.asarray(np.sqrt((np.abs(spread) ** 2).sum(axis=0) / (2.0 * (count - 1) * count)))
+
+
+def whole_cycles(turning: Turning) -> int:
+    """Return the number of pairs of turns from angle 0 on."""
+    return int(np.floor(turning.angles_rad[-1] / CYCLE + 1e-9))
+
+
+def order_lines(channel: Channel, turning: Turning, max_order: float) -> OrderLines | None:
+    """Return the half orders over the largest even number of whole turns; None with fewer than two.
+
+    Parameters
+    ----------
+    channel : Channel
+        Samples without gaps.
+    turning : Turning
+        The shaft's angle by the same clock.
+    max_order : float
+        Highest order [-].
+    """
+    cycles = whole_cycles(turning)
+    if cycles < 1:
+        return None
+    edges = CYCLE * np.unique(np.round(np.linspace(0, cycles, min(cycles, MOST_BLOCKS) + 1)))
+    return fit_between(channel, turning, round(2 * max_order), edges)
+
+
+def fit_between(channel: Channel, turning: Turning, count: int, edges_rad: Array) -> OrderLines:
+    """Return ``count`` half orders, fitted between the first and last edge and in each piece.
+
+    Parameters
+    ----------
+    edges_rad : (b + 1,) array
+        Angles, ascending, whole cycles apart [rad].
+    """
+    sums = [_sums(channel, turning, count, low, high) for low, high in pairwise(edges_rad)]
+    waves, sights = np.array([s for s, _ in sums]), np.array([r for _, r in sums])
+    whole = _solved(waves.sum(axis=0), sights.sum(axis=0))
+    pieces = np.array([_solved(s, r) for s, r in sums])
+    return OrderLines(whole, pieces, edges_rad)
+
+
+def _sums(channel: Channel, turning: Turning, count: int, low: float, high: float) -> tuple[Complex, Complex]:
+    """Return Σ w e^(imθ/2), m = 0 … 2n, and Σ w x e^(−imθ/2), m = 0 … n, between two angles."""
+    rate = channel.sample_rate_hz
+    start, stop = turning.time_s(np.array([low, high])) * rate
+    # An edge on a sample belongs to the piece after it, whatever rounding says.
+    first, last = (int(np.ceil(edge - 1e-6)) for edge in (start, stop))
+    last = min(last, len(channel))
+    waves, sights = np.zeros(2 * count + 1, dtype=complex), np.zeros(count + 1, dtype=complex)
+    for place in range(first, last, CHUNK):
+        end = min(place + CHUNK, last)
+        times = np.arange(place, end) / rate
+        weights = turning.speed_rad_s(times) / rate
+        both = np.stack([weights, weights * channel.values(place, end)])
+        wave = np.exp(0.5j * turning.angle_rad(times))
+        powers = np.ones((2 * count + 1, len(times)), dtype=complex)
+        for m in range(2 * count):
+            np.multiply(powers[m], wave, out=powers[m + 1])
+        sums = both @ powers.real.T + 1j * (both @ powers.imag.T)
+        waves += sums[0]
+        sights += np.conj(sums[1, : count + 1])
+    return waves, sights
+
+
+def _solved(waves: Complex, sights: Complex) -> Complex:
+    """Return the amplitudes (n,), the solution of the normal equations."""
+    n = len(sights) - 1
+    m = np.arange(n + 1)
+    apart, together = waves[np.abs(m[:, None] - m)], waves[m[:, None] + m]
+    flip = np.where(m[:, None] >= m, 1.0, -1.0)
+    # cos cos, sin sin and sin(row) cos(column), from sums and differences of the angles.
+    cos_cos = 0.5 * (together.real + apart.real)
+    sin_sin = 0.5 * (apart.real - together.real)
+    sin_cos = 0.5 * (together.imag + flip * apart.imag)
+    matrix = np.block([[cos_cos, sin_cos.T[:, 1:]], [sin_cos[1:], sin_sin[1:, 1:]]])
+    right = np.concatenate([sights.real, -sights.imag[1:]])
+    solution = np.linalg.lstsq(matrix, right, rcond=1e-12)[0]
+    return np.asarray(solution[1 : n + 1] - 1j * solution[n + 1 :])
+
+
+# Speed of the shaft from the record itself: the comb of orders in its spectrum.
+#
+# Pieces of the record are compared with combs of orders at every possible speed; the best course through
+# them, without jumps, is a first speed. Then the phases of the strong orders correct the angle.
+
 
 PIECE_S = 1.0
 LEAST_HZ, MOST_HZ = 3.0, 400.0
@@ -183,3 +311,133 @@ def _low_passed(values: Array) -> Array:
 
     width = min(7, len(values) - (len(values) + 1) % 2)
     return values if width < 5 else np.asarray(savgol_filter(values, width, 2))
+
+
+# Spectra over time: the waterfall in hertz, the map in orders, and cuts through it with phase.
+
+
+MOST_ROWS = 400
+WATERFALL_BINS = 1024
+MAP_TURNS = 16
+"""Turns in a row of the order map: its lines are 1/16 of an order apart."""
+
+
+@dataclass(frozen=True, eq=False)
+class Map:
+    """Amplitudes (rows, columns); each row is a time (and speed), each column a frequency or order."""
+
+    times_s: Array
+    speeds_rpm: Array | None
+    columns: Array
+    amplitudes: Array
+
+
+@dataclass(frozen=True, eq=False)
+class OrderCut:
+    """One order along the record: complex amplitudes (n,) at speeds (n,)."""
+
+    order: float
+    times_s: Array
+    speeds_rpm: Array
+    amplitudes: Complex
+
+
+def waterfall(channel: Channel, window_name: str, top_hz: float, turning: Turning | None = None) -> Map:
+    """Return amplitude spectra of pieces of the record, overlapping by half unless it is very long.
+
+    Parameters
+    ----------
+    top_hz : float
+        Highest frequency of the map [Hz].
+    turning : Turning or None
+        Source of each row's speed.
+    """
+    rate = channel.sample_rate_hz
+    length = min(
+        len(channel), 1 << int(np.round(np.log2(max(16.0, WATERFALL_BINS * rate / max(top_hz, 1.0)))))
+    )
+    steps = max(1, min(MOST_ROWS, 2 * (len(channel) - length) // length + 1))
+    starts = np.round(np.linspace(0, len(channel) - length, steps)).astype(int)
+    weights = window("hann", length) * (2.0 / (length * gain("hann")))
+    columns = fft.rfftfreq(length, 1.0 / rate)
+    kept = columns <= top_hz
+    rows = np.zeros((steps, int(kept.sum())))
+    for row, start in enumerate(starts):
+        rows[row] = np.abs(fft.rfft(channel.values(start, start + length) * weights))[kept]
+    rows[:, 0] *= 0.5
+    times = (starts + 0.5 * length) / rate
+    speeds = None
+    if turning is not None:
+        within = np.clip(times, turning.start_s, turning.end_s)
+        speeds = turning.speed_rad_s(within) * (60.0 / TURN)
+    return Map(times, speeds, columns[kept], rows)
+
+
+def order_map(channel: Channel, turning: Turning, max_order: float) -> Map | None:
+    """Return spectra by angle, orders by columns, speeds by rows; None where the record is too short.
+
+    The record is read once, in blocks; only the map and one block are in memory.
+    """
+    turns = int(np.floor(turning.angles_rad[-1] / TURN + 1e-9))
+    of_row = min(MAP_TURNS, turns - turns % 2)
+    if of_row < 2:
+        return None
+    per_turn = samples_per_turn(max_order)
+    length = of_row * per_turn
+    rows = int(max(1, min(MOST_ROWS, 2 * (turns - of_row) // of_row + 1)))
+    starts = np.round(np.linspace(0, turns - of_row, rows)).astype(int) * per_turn
+    columns = np.arange(round(max_order * of_row) + 1) / of_row
+    weights = window("hann", length) * (2.0 / (length * gain("hann")))
+    amplitudes = np.zeros((rows, len(columns)))
+    held, at, row = np.zeros(0), 0, 0
+    for piece in by_angle(channel, turning, per_turn, max_order, turns):
+        held = np.concatenate([held, piece])
+        while row < rows and starts[row] + length <= at + len(held):
+            values = held[starts[row] - at : starts[row] - at + length]
+            amplitudes[row] = np.abs(fft.rfft(values * weights))[: len(columns)]
+            row += 1
+        drop = min((starts[row] if row < rows else at + len(held)) - at, len(held))
+        held, at = held[drop:], at + drop
+    amplitudes[:, 0] *= 0.5
+    middles = turning.time_s((starts / per_turn + 0.5 * of_row) * TURN)
+    return Map(middles, turning.speed_rad_s(middles) * (60.0 / TURN), columns, amplitudes)
+
+
+def order_cuts(channel: Channel, turning: Turning, max_order: float) -> list[OrderCut]:
+    """Return every half order along the record, each point fitted over whole cycles."""
+    cycles = whole_cycles(turning)
+    if cycles < 1:
+        return []
+    edges = CYCLE * np.unique(np.round(np.linspace(0, cycles, min(cycles, MOST_ROWS) + 1)))
+    lines = fit_between(channel, turning, round(2 * max_order), edges)
+    ends = turning.time_s(edges)
+    speeds = np.diff(edges) / np.diff(ends) * (60.0 / TURN)
+    middles = 0.5 * (ends[1:] + ends[:-1])
+    return [
+        OrderCut(float(order), middles, speeds, lines.blocks[:, place])
+        for place, order in enumerate(lines.orders)
+    ]
+
+
+# Crossings of orders with frequencies, at the speeds 60 f/order.
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Speed at which an order coincides with a frequency."""
+
+    order: float
+    frequency_hz: float
+    speed_rpm: float
+
+
+def crossings(frequencies_hz: Sequence[float], max_order: float) -> list[Crossing]:
+    """Return the crossings of frequencies with whole and half orders, by frequency, then order.
+
+    Examples
+    --------
+    >>> [round(c.speed_rpm) for c in crossings([115.0], 12.0) if c.order == 4.0]
+    [1725]
+    """
+    orders = [0.5 * k for k in range(1, round(2 * max_order) + 1)]
+    return [Crossing(order, f, 60.0 * f / order) for f in frequencies_hz for order in orders]

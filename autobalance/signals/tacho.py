@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from autobalance.declare import PERCENT, UNWRITTEN, Count, NotNegative
 from autobalance.errors import FormatError
+from autobalance.signals.by_angle import TURN, Turning
 from autobalance.signals.record import BLOCK, Channel
-from autobalance.signals.turning import TURN, Turning
 from autobalance.types import Array
 
 HYSTERESIS = 0.15

@@ -14,7 +14,7 @@ from autobalance.signals.answer import (
     TurningSpeed,
 )
 from autobalance.signals.explained import Explained, finite
-from autobalance.signals.windows import gain, noise_bandwidth_bins
+from autobalance.signals.record import gain, noise_bandwidth_bins
 
 
 def orders_values(analysis: Analysis, explained: Explained, other: Analysis | None) -> RecordAnalysis:

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.errors import FormatError, file_errors, refuse_pipe
-from autobalance.report.plot_files import Plots
+from autobalance.report.plots import Plots
 from autobalance.runtime import no_progress
 from autobalance.units import RAD_S_PER_RPM
-from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.declaration import documented
 from autobalance.verbs.result import Values, VerbResult
 
 if TYPE_CHECKING:
@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from autobalance.signals.analysis import Analysis, Question
     from autobalance.signals.answer import OrdersReport
     from autobalance.signals.drive_sources import Drive
-    from autobalance.signals.quantities import Quantity
     from autobalance.signals.record import Channel, Record
     from autobalance.signals.rolling_bearing import RollingBearing
     from autobalance.signals.sources import Source
+    from autobalance.signals.spectra import Quantity
 
 BEARING_KEYS = ("balls", "ball", "pitch", "contact", "speed")
 
@@ -42,13 +42,13 @@ class OrdersResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the analysis as lines for people; always metric."""
-        from autobalance.signals.text import orders_text
+        from autobalance.signals.show import orders_text
 
         return orders_text(self.content.found)
 
     def plots(self) -> Plots:
         """Return spectrum, waterfall, order map, cuts, and the envelope and circles that were requested."""
-        from autobalance.signals.plots import orders_plots
+        from autobalance.signals.show import orders_plots
 
         return Plots(
             {} if self.analysis is None else orders_plots(self.analysis, self.content.found, self.predicted)
@@ -258,8 +258,7 @@ def _record(
     tacho: str | None,
 ) -> Record:
     from autobalance.signals.formats import read
-    from autobalance.signals.record import Record
-    from autobalance.signals.sensitivity import calibration_factor
+    from autobalance.signals.record import Record, calibration_factor
 
     if isinstance(source, Mapping):
         record = Record("arrays", "arrays", _channels(source, sample_rate))
@@ -272,7 +271,7 @@ def _record(
     record = record.calibrated(factors)
     if quantity is None:
         return record
-    from autobalance.signals.quantities import DERIVED_QUANTITIES, as_quantity
+    from autobalance.signals.spectra import DERIVED_QUANTITIES, as_quantity
 
     if quantity not in DERIVED_QUANTITIES:
         raise FormatError(f"quantity is {quantity!r}; known: {', '.join(DERIVED_QUANTITIES)}")
@@ -283,8 +282,7 @@ def _channels(arrays: Mapping[str, ArrayLike], sample_rate: float | None) -> tup
     import numpy as np
 
     from autobalance.signals.formats import agreed_rate
-    from autobalance.signals.header import named
-    from autobalance.signals.record import Channel
+    from autobalance.signals.record import Channel, named
 
     rate = agreed_rate("a mapping of samples", None, sample_rate)
     channels = []
@@ -352,7 +350,7 @@ def _torque_sources(job: Job, crank: Crank, speed_rpm: float | None) -> list[Sou
     """Return the torque orders of a job's working cycle, and those of its drives' pull."""
     from autobalance.balancing.engine_from_job import as_measured
     from autobalance.engines.cycle.analysis import CycleAnalysis
-    from autobalance.engines.cycle.firing_from_job import firing_engine
+    from autobalance.engines.cycle.firing import firing_engine
     from autobalance.signals.order_sources import pull_sources
     from autobalance.signals.sources import torque_sources
 

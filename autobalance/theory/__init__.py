@@ -5,20 +5,33 @@ calls any of them. Those that only the room's own modules define convert degrees
 millimetres for a formula of another room; all others are that room's own function.
 """
 
-from autobalance.engines.forces.complete_balance import bolted_pair, complete_balance
-from autobalance.engines.forces.counterweight import fan_counterweight, fan_counterweight_for
-from autobalance.engines.forces.stroking import crankpin_overlap_mm, stroke_for_displacement_mm, stroked_crank
-from autobalance.engines.forces.substitute_rotor import disc_rotor, substitute_rotor
+from autobalance.engines.forces.counterweight import (
+    bolted_pair,
+    complete_balance,
+    fan_counterweight,
+    fan_counterweight_for,
+)
+from autobalance.engines.forces.stroking import (
+    crankpin_overlap_mm,
+    disc_rotor,
+    stroke_for_displacement_mm,
+    stroked_crank,
+    substitute_rotor,
+)
 from autobalance.materials import density
-from autobalance.running_gear.balance_factor import correction_mass_g, counterweight_product_g_mm
-from autobalance.running_gear.conrod import conrod_cut_in_two
-from autobalance.running_gear.forces import order_table
-from autobalance.running_gear.parts import bob_weight_g, sum_of_parts
-from autobalance.running_gear.section_table import (
+from autobalance.running_gear.conrod import (
     balancing_counterweights,
+    conrod_cut_in_two,
     cylinder_mass_g,
     final_hole_depth_mm,
     section_sums,
+)
+from autobalance.running_gear.loads import order_table
+from autobalance.running_gear.parts import (
+    bob_weight_g,
+    correction_mass_g,
+    counterweight_product_g_mm,
+    sum_of_parts,
 )
 from autobalance.running_gear.shafts import counter_rotating_shaft_g_mm, second_order_pair, shaft_pair
 from autobalance.running_gear.slider_crank import harmonic_coefficient, harmonic_series, swept_volume_cm3

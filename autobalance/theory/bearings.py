@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 from autobalance.engines.bearings import dry, film, loads, rolling
-from autobalance.engines.bearings import squeeze_film as plates
+from autobalance.engines.bearings import fed_film as plates
 from autobalance.engines.bearings.oil import WaltherOil
-from autobalance.engines.bearings.short_bearing import ocvirk
+from autobalance.engines.bearings.reynolds import ocvirk
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM
 
 

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.running_gear import balance_factor as factors
-from autobalance.running_gear import forces
-from autobalance.running_gear.conrod import ConnectingRod, TwoMasses
+from autobalance.running_gear import loads
+from autobalance.running_gear import parts as factors
+from autobalance.running_gear.conrod import ConnectingRod, TwoMasses, cylinder_mass_g
 from autobalance.running_gear.parts import Parts, ThrowLoad
-from autobalance.running_gear.section_table import cylinder_mass_g
 from autobalance.running_gear.shafts import BalanceShaft, roll_moment_n_m
 from autobalance.units import G_MM2_PER_KG_MM2, RAD_S_PER_RPM, STEEL_KG_M3
 
@@ -171,7 +170,7 @@ def centrifugal_force_n(unbalance_g_mm: float, speed_rpm: float) -> float:
     >>> round(centrifugal_force_n(720.078, 1000.0), 4)
     7.8965
     """
-    return forces.centrifugal_force_n(unbalance_g_mm, speed_rpm * RAD_S_PER_RPM)
+    return loads.centrifugal_force_n(unbalance_g_mm, speed_rpm * RAD_S_PER_RPM)
 
 
 def first_order_force(
@@ -201,7 +200,7 @@ def first_order_force(
     (2398.314, 0.0)
     """
     amplitude = centrifugal_force_n(reciprocating_g * crank_radius_mm, speed_rpm)
-    force = forces.FirstOrder(amplitude, factor)
+    force = loads.FirstOrder(amplitude, factor)
     return FirstOrderForce(
         force.forward_n,
         force.backward_n,
@@ -288,7 +287,7 @@ def drill_chart(
     """
     from typing import get_args
 
-    from autobalance.correction.holes.drill_series import Series, drills_of
+    from autobalance.correction.holes.drills import Series, drills_of
 
     if series not in get_args(Series):
         raise ValueError(f"series is {series!r}; must be one of {', '.join(get_args(Series))}")

@@ -28,8 +28,7 @@ from autobalance.toml_files.convert import LARGEST_OF_ALL, MAX_NUMBER, point_for
 from autobalance.toml_files.document import text_of, toml_of
 from autobalance.toml_files.faults import Faults
 from autobalance.toml_files.table import Table, unknown_keys
-from autobalance.toml_files.typed_units import in_base_units
-from autobalance.toml_files.typed_values import TYPED_UNITS, TypedUnit
+from autobalance.toml_files.typed_units import TYPED_UNITS, TypedUnit, in_base_units
 
 T = TypeVar("T")
 

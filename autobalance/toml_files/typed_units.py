@@ -1,13 +1,10 @@
-"""Conversion of typed units: a job's lengths, unbalances and weights become mm, g·mm and g.
-
-Keys that end in ``_mm`` take ``"3/8 in"``, those in ``_g_mm`` ``"0.5 oz-in"``. A weight is a number of grams
-or a table with one unit of mass, of one piece or of several. ``density`` names a material.
-"""
+"""Numbers typed with their unit: lengths, unbalances and weights become mm, g·mm and g."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -18,6 +15,12 @@ from autobalance.toml_files.convert import did_you_mean, point_for_comma, shown,
 from autobalance.toml_files.faults import Faults
 from autobalance.toml_files.table import Table
 from autobalance.units import G_MM_PER, G_PER
+
+# Conversion of typed units: a job's lengths, unbalances and weights become mm, g·mm and g.
+#
+# Keys that end in ``_mm`` take ``"3/8 in"``, those in ``_g_mm`` ``"0.5 oz-in"``. A weight is a number of
+# grams or a table with one unit of mass, of one piece or of several. ``density`` names a material.
+
 
 WEIGHT_TABLES = ("rotating_g", "reciprocating_g", "crankpin_g")
 FILL_IN = "FILL IN"
@@ -220,3 +223,60 @@ def leaves(values: Any, path: str = "") -> list[tuple[str, Any]]:
     else:
         return [(path, values)]
     return [leaf for where, item in items for leaf in leaves(item, where)]
+
+
+# Numbers typed with their unit.
+
+
+@dataclass(frozen=True)
+class TypedUnit:
+    """A number typed as a text: its pattern, an example, and its conversion."""
+
+    pattern: str
+    example: str
+    number: Callable[[str, str], float]
+
+    def fits(self, text: str) -> bool:
+        """Return whether a text is such a number."""
+        return re.fullmatch(self.pattern, text) is not None
+
+
+def _first_number(scale: float = 1.0) -> Callable[[str, str], float]:
+    def number(text: str, _: str) -> float:
+        match = re.search(NUMBER, text)
+        assert match is not None  # by the pattern
+        return float(match[0]) * scale
+
+    return number
+
+
+def _grams(text: str, _: str) -> float:
+    match = re.fullmatch(rf"\s*({NUMBER})\s*({'|'.join(G_PER)})\s*", text)
+    assert match is not None  # by the pattern
+    return float(match[1]) * G_PER[match[2]]
+
+
+def _rpm(text: str, _: str) -> float:
+    number = re.search(NUMBER, text)
+    assert number is not None  # by the pattern
+    return float(number[0]) * (1000.0 if "krpm" in text else 1.0)
+
+
+def _percent(text: str, _: str) -> float:
+    return float(text.rstrip().removesuffix("%")) / 100.0
+
+
+_LENGTH = rf"\s*({NUMBER}|(\d+\s+)?\d+\s*/\s*\d+)\s*({'|'.join(LENGTHS)})\s*"
+_BETWEEN = r"[·.\-*\s]*"
+_UNBALANCES = "|".join(
+    _BETWEEN.join(f"[{each.lower()}{each.upper()}]" for each in name.replace("·", "")) for name in G_MM_PER
+)
+TYPED_UNITS = {
+    "mm": TypedUnit(_LENGTH, "3/8 in", length_mm),
+    "g·mm": TypedUnit(rf"\s*{NUMBER}\s*({_UNBALANCES})\s*", "0.5 oz-in", unbalance_g_mm),
+    "g": TypedUnit(rf"\s*{NUMBER}\s*({'|'.join(G_PER)})\s*", "7.8 oz", _grams),
+    "1/min": TypedUnit(rf"\s*{NUMBER}\s*(k?rpm|1/min|r/min)\s*", "9500 rpm", _rpm),
+    "share": TypedUnit(rf"\s*{NUMBER}\s*%\s*", "50 %", _percent),
+    "mm/s": TypedUnit(rf"\s*G\s*{NUMBER}\s*", "G 6.3", _first_number()),
+}
+"""Units of numbers that may be typed with them."""

@@ -21,14 +21,14 @@ from autobalance.balancing.measured_crank import (
 from autobalance.errors import JobError
 from autobalance.job import Job, JobSource
 from autobalance.job.from_options import JOB_NAME
-from autobalance.job.model.crank_readings import CrankReadings
+from autobalance.job.model.engine import CrankReadings
 from autobalance.job.read import with_cuts
 from autobalance.report.bundle import choice_of
 from autobalance.report.files import seen_from
 from autobalance.report.material import Choice
 from autobalance.runtime import Notify, Progress, Stopwatch
-from autobalance.verbs.common_parameters import documented
 from autobalance.verbs.crank_job import job_given, pressed_up_told, refuse_changed, staged_job
+from autobalance.verbs.declaration import documented
 from autobalance.verbs.entry import Entries, Entry, entries
 from autobalance.verbs.progress import telling
 from autobalance.verbs.result import VerbResult
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from autobalance.balancing.record import Record
     from autobalance.report.files import Staging
     from autobalance.verbs.crank import Crank
-    from autobalance.verbs.tools import CutTool
+    from autobalance.verbs.entry import CutTool
 
 ABOVE_TOLERANCE = 4
 SAME_DENSITY = 1e-9
@@ -128,7 +128,7 @@ class BalanceResult(VerbResult):
 
     def tools(self) -> tuple[CutTool, ...]:
         """Return the bodies of the tools, one a correction and in its order, file coordinates."""
-        from autobalance.verbs.tools import tools_of
+        from autobalance.verbs.entry import tools_of
 
         assert self.record.balanced is not None  # a record of balance has it
         frame = self.before.measured.anatomy.rotor_to_file
@@ -170,7 +170,7 @@ class BalanceResult(VerbResult):
     def _text(self, units: str, verbose: bool) -> str:
         from autobalance.report.balance.text import balance_text
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.report.wrapping import unglued
+        from autobalance.report.tables import unglued
 
         return unglued(balance_text(self.report, ON_SCREEN[units], verbose=verbose))
 

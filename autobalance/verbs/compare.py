@@ -12,8 +12,8 @@ from autobalance.correction import mixes
 from autobalance.job import JobSource
 from autobalance.runtime import Progress
 from autobalance.verbs.balance import with_crank
-from autobalance.verbs.common_parameters import documented
 from autobalance.verbs.crank_job import job_given, pressed_up_told
+from autobalance.verbs.declaration import documented
 from autobalance.verbs.engine_case import job_set
 from autobalance.verbs.entry import Entries, entries
 from autobalance.verbs.progress import telling
@@ -62,7 +62,7 @@ class CompareResult(VerbResult):
         """Return the comparison as a page for a browser."""
         from autobalance.report.balance.comparison import comparison_html
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.report.page.summary import summary_page
+        from autobalance.report.page.templates import summary_page
 
         table = comparison_html(self.content.comparison, ON_SCREEN[units])
         return summary_page("Comparison", self.full_text(units), self.exit_code == 0, table)
@@ -125,7 +125,7 @@ def compared(
 
 
 def _done_before() -> tuple[tuple[str, float], ...]:
-    """Return the share behind at the beginning of each kind and mix, longer names first, as they have the same beginning."""
+    """Return the share behind at the beginning of each kind and mix: longer names first."""
     every = ["+".join(names) for names in mixes()]
     shares = [
         (f"trying {name}", READ_BEFORE + (1.0 - READ_BEFORE) * k / len(every)) for k, name in enumerate(every)

@@ -26,10 +26,10 @@ from autobalance.job.from_options import (
     was_changed,
     with_shop_of,
 )
+from autobalance.job.layout import with_shop
 from autobalance.job.model import Crankshaft
 from autobalance.job.read import STAND_INS
 from autobalance.job.read_crankshaft import read_crankshaft
-from autobalance.job.shop import with_shop
 from autobalance.report.files import Staging, seen_from
 from autobalance.runtime import Stopwatch
 from autobalance.solid.formats.table import endings

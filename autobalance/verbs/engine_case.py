@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
 from autobalance.balancing import plausibility, rotor_from_job
+from autobalance.balancing.engine_from_job import with_oil
 from autobalance.balancing.measured import Crank as MeasuredCrank
 from autobalance.balancing.measured_crank import measure_crank
-from autobalance.balancing.oil_from_job import with_oil
 from autobalance.job import Job, JobSource
 from autobalance.runtime import Progress, Stopwatch
 from autobalance.units import RAD_S_PER_RPM

@@ -9,15 +9,15 @@ from typing import Any, ClassVar
 
 from autobalance.balancing.measured import Crank as MeasuredCrank
 from autobalance.balancing.measured_crank import measure_crank, measured_source
+from autobalance.balancing.plausibility import factor_hint, holds_two_rods
 from autobalance.balancing.rotor_from_job import default_planes_mm
-from autobalance.balancing.usual_layout import factor_hint, holds_two_rods
 from autobalance.correction import KINDS
-from autobalance.crank.assembly_parts import AssemblyPart, assembly_parts
+from autobalance.crank.connecting_rod import AssemblyPart, assembly_parts
 from autobalance.declare import ABSENT
 from autobalance.errors import BodiesError, FileError, UsageError
 from autobalance.job.assembled import body_key, other_parts
 from autobalance.job.from_options import refuse_beside_job, tables_of_options
-from autobalance.job.header import SHOP
+from autobalance.job.layout import SHOP
 from autobalance.job.model import Crankshaft
 from autobalance.job.read import tables_of
 from autobalance.job.read_crankshaft import read_crankshaft
@@ -35,13 +35,13 @@ from autobalance.report.records.answers import InitReport
 from autobalance.runtime import Progress, Stopwatch
 from autobalance.solid.formats.bodies import read_bodies
 from autobalance.solid.formats.registry import needs_unit
+from autobalance.toml_files.document import toml_text
 from autobalance.toml_files.settings import with_settings
-from autobalance.toml_files.text import toml_text
 from autobalance.toml_files.typed_units import FILL_IN, in_base_units, leaves
 from autobalance.units import G_PER, STEEL_KG_M3
 from autobalance.user_folders import SHOP_FILE, configuration_folder
-from autobalance.verbs.common_parameters import documented
 from autobalance.verbs.crank import Crank
+from autobalance.verbs.declaration import documented
 from autobalance.verbs.progress import telling
 from autobalance.verbs.result import VerbResult
 

@@ -11,10 +11,9 @@ from typing import Any, ClassVar
 
 from autobalance.declare import encoded
 from autobalance.errors import FileError, FormatError, UsageError
-from autobalance.report.earlier_files import remove_stale
-from autobalance.report.files import Staging
+from autobalance.report.files import Staging, remove_stale
 from autobalance.report.notebook import box, plot, row, text
-from autobalance.report.plot_files import Plots
+from autobalance.report.plots import Plots
 from autobalance.verbs.entry import Entries, is_tables
 from autobalance.version import SCHEMA_VERSION, __version__
 

@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from autobalance.report.bundle import bundle
-from autobalance.report.earlier_files import earlier_report, remove_stale
-from autobalance.report.files import Staging, seen_from
+from autobalance.report.files import Staging, earlier_report, remove_stale, seen_from
 from autobalance.report.material import Choice, Material
 from autobalance.runtime import Notify
 

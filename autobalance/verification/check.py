@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from autobalance.balancing import rotor_from_job, run, sections
+from autobalance.balancing.engine_from_job import with_oil
 from autobalance.balancing.measured import Crank as MeasuredCrank
-from autobalance.balancing.oil_from_job import with_oil
 from autobalance.balancing.record import Record
 from autobalance.balancing.sections import State
 from autobalance.crank.anatomy import Anatomy
@@ -18,7 +18,7 @@ from autobalance.errors import AutobalanceError, FormatError
 from autobalance.job import Job
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.verification import budget_claims, premises, rotor_claims, solids
+from autobalance.verification import checked, premises, solids
 from autobalance.verification.checked import (
     AsReport,
     Checked,
@@ -39,9 +39,9 @@ from autobalance.verification.claims import (
     RECORD,
     ROUNDING,
     Claims,
+    not_checked,
 )
 from autobalance.verification.correction_claims import Change, check_corrections, check_nothing_cut
-from autobalance.verification.coverage import not_checked
 from autobalance.verification.limit_claims import check_limits_of_job, warn_of_changed_job
 from autobalance.verification.report_file import read_report, refuse_version
 from autobalance.verification.solids import Files, Left, OriginalCrank
@@ -92,7 +92,7 @@ def check_claims(
     """Check a report that was read, as ``check_report`` does; ``files`` may hold solids read before."""
     claims.get("command", str)
     if schema is not None:
-        from autobalance.verification.by_schema import refuse_by_schema
+        from autobalance.verification.report_file import refuse_by_schema
 
         refuse_by_schema(claims.name, claims.values, schema)
     proofs = Held(claims, folder, independent, as_report, files or Files())
@@ -112,7 +112,7 @@ def check_claims(
 def _checked(held: Held) -> Checked:
     claims = held.claims
     if claims.values.get("command") == "recut":
-        from autobalance.verification.recut_claims import check_recut
+        from autobalance.verification.earlier_stage import check_recut
 
         warn_of_changed_job(claims, held.folder, held.files)
         return check_recut(held)
@@ -129,13 +129,13 @@ def _checked(held: Held) -> Checked:
     crank_before = _crank_before(held, job, anatomy)
     hidden = solids.hidden_part(claims, job, anatomy, crank_before, left.soup)
     claims.against(JOB)
-    tolerance = rotor_claims.check_tolerance(claims, job, anatomy, crank)
-    loads = rotor_claims.check_loads(claims, job, anatomy, crank)
+    tolerance = checked.check_tolerance(claims, job, anatomy, crank)
+    loads = checked.check_loads(claims, job, anatomy, crank)
     loads = loads - rotor_from_job.overbalance_moments(job, tolerance)
     size = solids.size_of(left.source, crank)
     initial = Unbalance.of(crank + loads)
     claims.against(INPUT_SOLID)
-    rotor_claims.check_unbalance(claims, "initial", initial, tolerance, size)
+    checked.check_unbalance(claims, "initial", initial, tolerance, size)
     claims.against(BOTH_SOLIDS)
     if left.is_cut:
         change = Change(
@@ -153,13 +153,13 @@ def _checked(held: Held) -> Checked:
     solids.check_with_slugs(claims, after)
     residual = Unbalance.of(after + loads)
     claims.against(CORRECTED_SOLID)
-    rotor_claims.check_unbalance(claims, "residual", residual, tolerance, size)
-    rotor_claims.check_after(claims, job, anatomy, crank, after)
-    rotor_claims.check_inertia(claims, crank, after)
-    rotor_claims.check_assembly(claims, job, tolerance, residual, size)
-    causes = budget_claims.causes_of(claims, job, anatomy, crank, tolerance, crank_before)
-    doubts = causes.with_depth_rates(crank, []), budget_claims.budget_left(causes, claims, left)
-    budget = budget_claims.check_budgets(claims, causes, doubts, size)
+    checked.check_unbalance(claims, "residual", residual, tolerance, size)
+    checked.check_after(claims, job, anatomy, crank, after)
+    checked.check_inertia(claims, crank, after)
+    checked.check_assembly(claims, job, tolerance, residual, size)
+    causes = checked.causes_of(claims, job, anatomy, crank, tolerance, crank_before)
+    doubts = causes.with_depth_rates(crank, []), checked.budget_left(causes, claims, left)
+    budget = checked.check_budgets(claims, causes, doubts, size)
     ends = Ends(initial, residual, crank, after, doubts, hidden)
     claims.against(RECORD)
     _check_as_recorded(held, job, crank_before, left, tolerance, ends)

@@ -6,8 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from autobalance.crank.anatomy import Anatomy
+from autobalance.crank.datums import ScanFit, ScannedCylinder, ScannedWeb
 from autobalance.crank.recognition.scanned import plane_faces
-from autobalance.crank.scan import ScanFit, ScannedCylinder, ScannedWeb
 from autobalance.errors import FileError
 from autobalance.job import Job
 from autobalance.solid.mesh.mesh import Mesh

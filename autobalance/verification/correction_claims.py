@@ -12,32 +12,29 @@ import numpy as np
 from autobalance.balancing.measuring import DEVIATION_MM
 from autobalance.balancing.uncertainty_budget import spacing_mm
 from autobalance.correction import KINDS
-from autobalance.correction.clearance import clear_of_roughness
-from autobalance.correction.contract import Limits
+from autobalance.correction.contract import Limits, clear_of_roughness
 from autobalance.correction.trace import Before, Metal, Trace
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.faces import find_faces
 from autobalance.errors import ClaimError
 from autobalance.job import Job
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.difference import differences
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source
 from autobalance.verification.claims import Claims
 from autobalance.verification.cut_values import (
+    THICKNESS_IN_ROUNDINGS,
+    VALUE_TOLERANCE_SHARE,
+    SeparatedMetal,
     check_file_place,
     check_implied,
     check_label,
     check_place,
     compare,
-)
-from autobalance.verification.limit_claims import check_within_limits
-from autobalance.verification.shared_out import (
-    THICKNESS_IN_ROUNDINGS,
-    VALUE_TOLERANCE_SHARE,
-    SeparatedMetal,
     shared_out,
 )
+from autobalance.verification.limit_claims import check_within_limits
 from autobalance.verification.solids import Files
 
 SAME_POINT_DEG = 1e-6

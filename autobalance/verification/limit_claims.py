@@ -12,7 +12,7 @@ from autobalance.correction.contract import Limits
 from autobalance.correction.holes.sites import in_sectors
 from autobalance.errors import AutobalanceError, ClaimError
 from autobalance.job import describe
-from autobalance.job.changes import differences
+from autobalance.job.from_options import differences
 from autobalance.job.read import load
 from autobalance.verification.claims import Claims
 from autobalance.verification.solids import Files

@@ -30,7 +30,7 @@ from autobalance.declare import decoded
 from autobalance.errors import ClaimError, FormatError, JobError
 from autobalance.job import Job
 from autobalance.job.model import ThrowOil
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
 from autobalance.verification.claims import ROUNDING, Claims

@@ -17,14 +17,14 @@ from autobalance.correction import KINDS
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import ClaimError, FileError, FormatError
 from autobalance.job import Crankshaft, Job
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.runtime import note_read
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
 from autobalance.solid.formats.read import REFUSED_HOLES, Source, read
 from autobalance.solid.formats.write import decode
 from autobalance.solid.mesh.measure import soup_moments
 from autobalance.solid.slicing.independent import agreement, slice_moments, trimesh_moments
-from autobalance.solid.soundness.open_holes import OpenHoles
+from autobalance.solid.soundness.holes import OpenHoles
 from autobalance.solid.soundness.validate import refuse_overlap_exactly
 from autobalance.types import Array, Floats
 from autobalance.units import G_PER_MM3_PER_KG_M3

@@ -44,7 +44,7 @@ def step() -> bytes:
 
 @pytest.fixture(scope="module")
 def shape(step: bytes) -> Any:
-    from autobalance.solid.cad.step_file import read_step_file
+    from autobalance.solid.cad.files import read_step_file
 
     return read_step_file(step).bodies[0].body
 
@@ -182,7 +182,7 @@ def test_tools_are_written_as_named_solids(
     assert ab.verify(tmp_path / "report.json").holds
     labels = [entry["label"] for entry in milled.report["corrections"]]
     if has_it:
-        from autobalance.solid.cad.step_file import read_step_file
+        from autobalance.solid.cad.files import read_step_file
 
         bodies = read_step_file((tmp_path / name).read_bytes()).bodies
         assert [one.name for one in bodies] == labels

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 import autobalance as ab
 from autobalance.errors import JobError, UsageError
-from autobalance.report.plot_files import Plots
+from autobalance.report.plots import Plots
 from autobalance.verbs.entry import Entries
 from tests.libraries import uninstalled
 

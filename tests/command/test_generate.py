@@ -14,9 +14,9 @@ from autobalance.command import main
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.input import read_design
 from autobalance.drawn_cranks.preset_names import PRESET_NAMES
+from autobalance.solid.cad.files import read_step_file
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.cad.kernel import properties
-from autobalance.solid.cad.step_file import read_step_file
 from autobalance.solid.formats.read import read
 from autobalance.verbs.result import scalars
 from autobalance.verbs.schema import schema

@@ -14,7 +14,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.studies.jobs import archive
-from autobalance.studies.jobs.series import plane_series
+from autobalance.studies.jobs.answer import plane_series
 from tests import jobs
 
 Edit = Callable[[dict[str, Any]], None]

@@ -13,8 +13,8 @@ from typing import Any, get_args
 import pytest
 
 import autobalance
-from autobalance.command.help_groups import OTHERS, grouped
 from autobalance.command.main import full_parser
+from autobalance.command.options import OTHERS, grouped
 from autobalance.command.verb import Verb
 from autobalance.registry import VERBS as COMMANDS
 from autobalance.verbs.declaration import REQUIRED, parameters_of
@@ -62,8 +62,8 @@ def test_every_parameter_of_a_public_function_is_documented_in_its_order(name: s
 
 
 def test_choices_are_those_of_the_program() -> None:
-    from autobalance.signals.quantities import Quantity
-    from autobalance.signals.windows import COSINES
+    from autobalance.signals.record import COSINES
+    from autobalance.signals.spectra import Quantity
     from autobalance.units import MM_PER
 
     orders = parameters_of("signals.verb:orders")

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from autobalance.command.main import main
-from autobalance.test_stands.machine.big_text import GLYPHS, big_text, big_vectors, vectors_text
+from autobalance.test_stands.machine.watch import GLYPHS, big_text, big_vectors, vectors_text
 from tests import jobs
 
 MACHINE = """

@@ -12,7 +12,7 @@ from autobalance.crank.faces import find_faces
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.drawn_cranks.verb import generate
 from autobalance.errors import CorrectionError
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import source_of, source_of_bytes
 from autobalance.solid.formats.write import through_file

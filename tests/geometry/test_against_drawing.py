@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.crank.deviations import deviations_mm
+from autobalance.crank.against import deviations_mm
 from autobalance.report.material import Choice, Material
-from autobalance.report.pictures.deviation import surface_image
+from autobalance.report.pictures.picture import surface_image
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import Written
 from tests import jobs

@@ -10,21 +10,21 @@ import pytest
 
 import autobalance as ab
 from autobalance.balancing.scan_uncertainty import Patches, mass_pm_g, scan_uncertainty
-from autobalance.correction.clearance import clear_of_roughness
-from autobalance.correction.holes.drill_limits import DrillLimits
+from autobalance.correction.contract import clear_of_roughness
+from autobalance.correction.holes.drills import DrillLimits
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.faces import find_faces
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.declare import decoded
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.generate import crank_solid
-from autobalance.report.balance.scan_text import scan_lines
+from autobalance.report.balance.sections_text import scan_lines
 from autobalance.report.display_units import ON_SCREEN
 from autobalance.report.records.crank import Crank
-from autobalance.solid.chordal_error.creases import cuts_edges_off
 from autobalance.solid.chordal_error.look import look_at
 from autobalance.solid.chordal_error.of_mesh import chordal_error_of_mesh
 from autobalance.solid.chordal_error.of_scans import chordal_error_of_scan
+from autobalance.solid.chordal_error.seeds import cuts_edges_off
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import Written
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup

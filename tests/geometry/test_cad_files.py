@@ -13,12 +13,10 @@ import pytest
 
 from autobalance.errors import FormatError, SolidError
 from autobalance.solid.cad.brep import ExactSolid
-from autobalance.solid.cad.doubt import doubt_of
+from autobalance.solid.cad.files import bodies_of, write_step
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.cad.kernel import explored
-from autobalance.solid.cad.sewing import bodies_of
-from autobalance.solid.cad.soundness import Gap, sound
-from autobalance.solid.cad.step_file import write_step
+from autobalance.solid.cad.soundness import Gap, doubt_of, sound
 from autobalance.solid.csg.shape import Bar, Prism, Without, circle, polygon
 from autobalance.solid.formats.read import read
 from autobalance.solid.formats.registry import written_ending, written_name

@@ -7,12 +7,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autobalance.correction import drill
-from autobalance.correction.holes.drill_limits import DrillLimits
+from autobalance.correction.holes.drills import DrillLimits
 from autobalance.correction.holes.hole import Hole, drill_body, keep_apart
 from autobalance.correction.holes.surface import Axis
 from autobalance.correction.holes.walls import HoleLimits, greatest_depth_mm, wall_left_mm
 from autobalance.crank.anatomy import Anatomy, Web
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 from tests.cranks import Shape, make_crank, tilted

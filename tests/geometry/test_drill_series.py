@@ -12,9 +12,8 @@ from autobalance.balancing.loop import balance
 from autobalance.balancing.offers import workpiece
 from autobalance.correction import KINDS
 from autobalance.correction.drill import DrillCut
-from autobalance.correction.holes.drill_limits import ZONES, DrillLimits
-from autobalance.correction.holes.drill_series import drill_name, drills_of, sizes_mm
-from autobalance.correction.holes.zones import Zone
+from autobalance.correction.holes.drills import ZONES, DrillLimits, drill_name, drills_of, sizes_mm
+from autobalance.correction.holes.surface import Zone
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError, JobError
 from autobalance.job.tables import job_schema

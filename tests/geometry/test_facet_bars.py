@@ -12,7 +12,7 @@ import pytest
 
 from autobalance.drawn_cranks.design import preset
 from autobalance.drawn_cranks.generate import exact_moments
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
 from autobalance.solid.csg.shape import Arc, Line, Outline, Prism, Revolved, circle, tessellated
 from tests.blunt import BLUNT

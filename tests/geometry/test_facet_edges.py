@@ -14,12 +14,12 @@ import trimesh
 
 from autobalance.drawn_cranks.design import preset
 from autobalance.drawn_cranks.generate import exact_moments
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.chordal_error import of_mesh
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
-from autobalance.solid.chordal_error.from_edges import chordal_error_from_edges
 from autobalance.solid.chordal_error.look import lies_on, look_at
 from autobalance.solid.chordal_error.revolved import Revolved as Surface
+from autobalance.solid.chordal_error.uneven_chords import chordal_error_from_edges
 from autobalance.solid.csg.shape import (
     Arc,
     Bar,

@@ -13,9 +13,9 @@ import pytest
 
 from autobalance.child_process import Child
 from autobalance.errors import FormatError, SolidError
-from autobalance.solid.cad import foreign_files, kernel
+from autobalance.solid.cad import files, kernel
 from autobalance.solid.cad.brep import ExactSolid
-from autobalance.solid.cad.foreign_files import read_foreign_file
+from autobalance.solid.cad.files import read_foreign_file
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.cad.kernel import properties
 from autobalance.solid.cad.tessellation import bounds_mm
@@ -72,7 +72,7 @@ def test_a_file_that_brings_the_kernel_down_says_so(step: bytes) -> None:
 def reader(step: bytes) -> Child:
     """The process that reads the next file, which it will not before it is let go on."""
     read_foreign_file("step", step)
-    (child,) = foreign_files.readers._idle
+    (child,) = files.readers._idle
     child.process.send_signal(signal.SIGSTOP)
     return child
 

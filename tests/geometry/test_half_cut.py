@@ -13,13 +13,13 @@ from autobalance.balancing.loop import balance
 from autobalance.balancing.offers import Offers
 from autobalance.correction import Limits
 from autobalance.correction.contract import Cut
-from autobalance.correction.holes.drill_limits import DrillLimits
+from autobalance.correction.holes.drills import DrillLimits
 from autobalance.correction.kind import Candidates, Workpiece
-from autobalance.correction.pockets.limits import MillLimits
+from autobalance.correction.pockets.pocket import MillLimits
 from autobalance.crank.faces import find_faces
-from autobalance.planning.task import Task, part_of
+from autobalance.planning.cut_curves import Task, part_of
 from autobalance.report.display_units import ON_SCREEN, in_units
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from tests.geometry.test_plans import judge, rotor, single
 
 

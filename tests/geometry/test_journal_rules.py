@@ -18,7 +18,7 @@ from autobalance.crank.anatomy import Anatomy, Overrides, Pin, PinHint
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.generate import crank_solid
-from autobalance.drawn_cranks.true_anatomy import crank_anatomy
+from autobalance.drawn_cranks.truth import crank_anatomy
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid

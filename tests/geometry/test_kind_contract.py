@@ -15,8 +15,7 @@ import pytest
 import autobalance as ab
 from autobalance.correction import KINDS, joined, offer
 from autobalance.correction.apart import keep_apart
-from autobalance.correction.contract import Cut
-from autobalance.correction.envelope import Envelope
+from autobalance.correction.contract import Cut, Envelope
 from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.relaxing import Otherwise, WiderLimits
 from autobalance.crank.anatomy import Overrides
@@ -30,7 +29,7 @@ from autobalance.report.balance import kinds
 from autobalance.report.balance.values import dumps
 from autobalance.report.display_units import ON_PAPER
 from autobalance.report.records.corrections import Correction
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import placed
@@ -239,7 +238,7 @@ def test_wider_limits_are_limits(name: str) -> None:
 def test_a_kind_that_says_too_little_is_refused() -> None:
     from autobalance.correction.contract import Limits
     from autobalance.correction.drill import Drill
-    from autobalance.correction.holes.drill_limits import DrillLimits
+    from autobalance.correction.holes.drills import DrillLimits
     from autobalance.correction.kind import Kind
     from autobalance.correction.registry import register
 

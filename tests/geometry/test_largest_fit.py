@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from autobalance.correction import drill, slug
-from autobalance.correction.holes.drill_limits import DrillLimits
-from autobalance.correction.holes.largest_fit import ended_by, widest_mm
-from autobalance.correction.holes.slug_limits import SlugLimits
+from autobalance.correction.holes.cut import ended_by, widest_mm
+from autobalance.correction.holes.drills import DrillLimits
+from autobalance.correction.holes.slugs import SlugLimits
 from autobalance.correction.kind import Workpiece
 from autobalance.errors import CorrectionError
 from tests.cranks import Shape, make_crank

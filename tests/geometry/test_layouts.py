@@ -10,13 +10,13 @@ import pytest
 
 from autobalance import correction
 from autobalance.balancing.loop import Result, balance
-from autobalance.balancing.rotor import Rotor
+from autobalance.balancing.rotor_from_job import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.add import AddLimits
 from autobalance.correction.contract import Correction
 from autobalance.correction.faces.cut import part_name
-from autobalance.correction.holes.drill_limits import DrillLimits
-from autobalance.correction.holes.slug_limits import SlugLimits
+from autobalance.correction.holes.drills import DrillLimits
+from autobalance.correction.holes.slugs import SlugLimits
 from autobalance.correction.holes.surface import Axis
 from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.shoulder import ShoulderLimits
@@ -24,9 +24,8 @@ from autobalance.correction.turn import TurnLimits
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.crank.faces import find_faces
 from autobalance.drawn_cranks.design import PRESETS
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Judge, Tolerance
-from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 from tests.cranks import Shape, make_crank, tilted

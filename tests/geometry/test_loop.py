@@ -11,15 +11,14 @@ from autobalance import correction
 from autobalance.balancing.loop import Result, balance
 from autobalance.balancing.measuring import as_file
 from autobalance.balancing.offers import Offers, heavy_vectors
-from autobalance.balancing.rotor import Rotor
+from autobalance.balancing.rotor_from_job import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.crank.anatomy import Anatomy, Face, MainJournal, Pin, Throw, Web
 from autobalance.planning.depths import AIM_SHARE
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Judge, Tolerance
-from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh

@@ -5,18 +5,18 @@ import math
 import numpy as np
 import pytest
 
+from autobalance.correction.faces.cut import clear_of, lowering
 from autobalance.correction.faces.layer import FaceLayer
-from autobalance.correction.faces.lowering import clear_of, lowering
-from autobalance.correction.outline import listed_outline, outline_shape
+from autobalance.correction.machining import listed_outline, outline_shape
 from autobalance.errors import CorrectionError, SolidError
 from autobalance.solid.cad import taken
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.build import built, moved
+from autobalance.solid.cad.files import read_step_file
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.cad.kernel import common, explored, properties, scaled
-from autobalance.solid.cad.step_file import read_step_file
-from autobalance.solid.cad.surface import CylinderFace, PlaneFace, Surface
 from autobalance.solid.cad.taken import flat_loops
+from autobalance.solid.cad.tessellation import CylinderFace, PlaneFace, Surface
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import (
     Arc,

@@ -11,12 +11,12 @@ import pytest
 
 import autobalance as ab
 from autobalance.command.main import main
-from autobalance.crank.oil_room import oil_rooms
+from autobalance.crank.sections import oil_rooms
 from autobalance.drawn_cranks.design import PRESETS, DrawnShaft
 from autobalance.drawn_cranks.generate import crank_solid
-from autobalance.drawn_cranks.true_anatomy import crank_anatomy
+from autobalance.drawn_cranks.truth import crank_anatomy
 from autobalance.errors import JobError
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid
 
 SEGMENTS = 48

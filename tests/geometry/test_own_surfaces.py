@@ -7,14 +7,14 @@ import pytest
 
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.faces import find_faces
-from autobalance.crank.recognition.exact_cylinders import own_direction
+from autobalance.crank.recognition.cylinders import own_direction
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.generate import crank_shape
-from autobalance.drawn_cranks.true_anatomy import crank_anatomy
+from autobalance.drawn_cranks.truth import crank_anatomy
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.installed import has_kernel
-from autobalance.solid.cad.surface import CylinderFace
+from autobalance.solid.cad.tessellation import CylinderFace
 from autobalance.solid.csg.shape import Placed
 from autobalance.solid.formats.read import Source, read
 from tests.coarse import coarse_facets

@@ -9,17 +9,16 @@ import pytest
 
 from autobalance.balancing.loop import Result, balance
 from autobalance.balancing.offers import best_offer
-from autobalance.balancing.rotor import Rotor
+from autobalance.balancing.rotor_from_job import Rotor
 from autobalance.correction import Limits
-from autobalance.correction.holes.drill_limits import DrillLimits
-from autobalance.correction.holes.slug_limits import SlugLimits
+from autobalance.correction.holes.drills import DrillLimits
+from autobalance.correction.holes.slugs import SlugLimits
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
-from autobalance.planning.fewest_setups import rank
-from autobalance.planning.task import Task, usual
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.planning.cut_curves import Task, usual
+from autobalance.planning.whole_cuts import rank
 from autobalance.rigid_rotor.tolerance import Tolerance
-from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.solid.csg.solid import Solid
 from tests.cranks import Shape, make_crank
 

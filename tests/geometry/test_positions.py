@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from autobalance.balancing.loop import Result, balance
-from autobalance.balancing.rotor import Rotor
+from autobalance.balancing.rotor_from_job import Rotor
 from autobalance.correction import drill
-from autobalance.correction.holes.drill_limits import DrillLimits
+from autobalance.correction.holes.drills import DrillLimits
 from autobalance.errors import CorrectionError
 from autobalance.rigid_rotor.tolerance import Tolerance
 from tests.cranks import Shape, make_crank

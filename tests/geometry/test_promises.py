@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 from autobalance.balancing.loop import Result, balance
-from autobalance.balancing.rotor import Rotor
+from autobalance.balancing.rotor_from_job import Rotor
 from autobalance.correction import Limits
-from autobalance.correction.holes.drill_limits import DrillLimits
+from autobalance.correction.holes.drills import DrillLimits
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.crank.faces import find_faces
 from autobalance.rigid_rotor.tolerance import Tolerance

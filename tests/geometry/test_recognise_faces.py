@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from autobalance.crank.anatomy import Face, Overrides
-from autobalance.crank.faces import find_faces, lowering_worth_g_mm_per_mm
+from autobalance.crank.faces import find_faces, find_rims, lowering_worth_g_mm_per_mm
 from autobalance.crank.recognition.recognise import recognise
-from autobalance.crank.rims import find_rims
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from tests.cranks import Shape, make_crank, tilted

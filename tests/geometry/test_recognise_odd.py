@@ -9,14 +9,14 @@ import pytest
 
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.recognition import recognise as recognition
-from autobalance.crank.recognition.covered import on_surface
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
+from autobalance.crank.recognition.doubts import on_surface
 from autobalance.crank.recognition.recognise import recognise
-from autobalance.crank.recognition.rough_cylinders import RoughMesh
+from autobalance.crank.recognition.scan_cylinders import RoughMesh
 from autobalance.crank.recognition.section_stack import lengthwise
 from autobalance.drawn_cranks.design import Design, preset
 from autobalance.drawn_cranks.generate import crank_solid
-from autobalance.drawn_cranks.true_anatomy import crank_anatomy
+from autobalance.drawn_cranks.truth import crank_anatomy
 from autobalance.errors import RecognitionError
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union

@@ -15,7 +15,7 @@ from autobalance.crank.recognition.recognise import recognise
 from autobalance.drawn_cranks.design import PRESETS, DesignBay
 from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.drawn_cranks.input import with_settings
-from autobalance.drawn_cranks.true_anatomy import crank_anatomy
+from autobalance.drawn_cranks.truth import crank_anatomy
 from autobalance.errors import RecognitionError
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh

@@ -8,18 +8,17 @@ import numpy as np
 import pytest
 
 from autobalance.crank.anatomy import Anatomy, Overrides
+from autobalance.crank.datums import ScanFit
 from autobalance.crank.recognition.alignment import misalignment_warning, step_warnings
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.journal_rules import journal_choices
 from autobalance.crank.recognition.recognise import recognise
-from autobalance.crank.recognition.rough_cylinders import RoughMesh, _ends, covered_share
-from autobalance.crank.recognition.rough_runs import rough_stack
+from autobalance.crank.recognition.scan_cylinders import RoughMesh, _ends, covered_share, rough_stack
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.crank.recognition.webs import _without_ragged
-from autobalance.crank.scan import ScanFit
 from autobalance.declare import encoded
-from autobalance.drawn_cranks.axial_plan import axial_plan
 from autobalance.drawn_cranks.design import PRESETS
+from autobalance.drawn_cranks.generate import axial_plan
 from autobalance.errors import RecognitionError
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup

@@ -12,8 +12,8 @@ from autobalance.crank.recognition.recognise import recognise
 from autobalance.crank.sections import counterweight_moments, sections
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.generate import crank_solid
-from autobalance.drawn_cranks.true_anatomy import crank_anatomy
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.drawn_cranks.truth import crank_anatomy
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import read
 from tests.cranks import Shape, make_crank, tilted

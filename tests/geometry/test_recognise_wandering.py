@@ -11,9 +11,9 @@ import pytest
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.recognition.alignment import misalignment_warning, run_outs_mm
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
+from autobalance.crank.recognition.given import refuse_incomplete
 from autobalance.crank.recognition.layout import JournalLayout
 from autobalance.crank.recognition.recognise import recognise
-from autobalance.crank.recognition.refusals import refuse_incomplete
 from autobalance.errors import RecognitionError
 from autobalance.report.records.crank import Journal
 from autobalance.solid.csg.region import Region

@@ -12,8 +12,8 @@ from autobalance import correction
 from autobalance.balancing import comparison
 from autobalance.balancing.loop import Result, balance
 from autobalance.correction import Limits
-from autobalance.correction.holes.drill_limits import DrillLimits
-from autobalance.correction.holes.slug_limits import SlugLimits
+from autobalance.correction.holes.drills import DrillLimits
+from autobalance.correction.holes.slugs import SlugLimits
 from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.correction.slug import Slug

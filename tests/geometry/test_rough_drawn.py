@@ -12,8 +12,8 @@ from autobalance.crank.anatomy import Anatomy, Overrides, Pin
 from autobalance.crank.recognition import recognise as recognition
 from autobalance.crank.recognition import scanned
 from autobalance.crank.recognition.recognise import recognise
-from autobalance.crank.recognition.rough_cylinders import RoughMesh
-from autobalance.crank.recognition.rough_drawn import _stands_off, is_rough, rough_as_drawn
+from autobalance.crank.recognition.scan_cylinders import RoughMesh
+from autobalance.crank.recognition.scanned import _stands_off, is_rough, rough_as_drawn
 from autobalance.drawn_cranks.design import PRESETS, DesignNose, DesignNoseKeyway
 from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import RecognitionError

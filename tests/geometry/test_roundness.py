@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalance.crank.recognition.roundness import ovality_warning
+from autobalance.crank.recognition.alignment import ovality_warning
 from autobalance.drawn_cranks.design import preset
-from autobalance.drawn_cranks.true_anatomy import crank_anatomy
+from autobalance.drawn_cranks.truth import crank_anatomy
 from autobalance.solid.formats.write import encode
 from autobalance.solid.mesh.mesh import Mesh
 from tests.generated import drawn

@@ -11,17 +11,15 @@ import pytest
 from autobalance import job as jobs
 from autobalance.balancing.loop import Result, balance
 from autobalance.balancing.offers import best_offer
-from autobalance.balancing.rotor import Rotor
+from autobalance.balancing.rotor_from_job import Rotor
 from autobalance.correction.contract import EarlierCut
-from autobalance.correction.holes.drill_limits import DrillLimits
+from autobalance.correction.holes.drills import DrillLimits
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.crank.faces import find_faces
 from autobalance.errors import CorrectionError
 from autobalance.job.stage import for_recut
 from autobalance.planning.reject_worse import is_harmless
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.rigid_rotor.uncertainty import Budget, Share
+from autobalance.rigid_rotor.unbalance import Budget, Moments, Share, Unbalance
 from tests.cranks import Shape, make_crank
 from tests.geometry.test_plans import STEEL, judge, rotor
 

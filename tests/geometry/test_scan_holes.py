@@ -13,7 +13,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source, source_of
 from autobalance.solid.formats.write import Written
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.solid.soundness.open_holes import OpenHoles
+from autobalance.solid.soundness.holes import OpenHoles
 from autobalance.types import Array
 from tests import jobs
 from tests.scans import gradient, meshed, noise, punched, rounded_and, scan, slab

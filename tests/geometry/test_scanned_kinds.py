@@ -10,7 +10,7 @@ import pytest
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.recognise import recognise
-from autobalance.crank.recognition.rough_cylinders import _ends
+from autobalance.crank.recognition.scan_cylinders import _ends
 from autobalance.crank.recognition.section_stack import lengthwise
 from autobalance.solid.csg.solid import Solid
 from tests.odd_kinds import KINDS, Bare, OddCrank, bored_arm, eccentrics, in_file, lone_web

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from autobalance.errors import OverlapError
-from autobalance.solid.csg.self_overlap import self_overlap, united
-from autobalance.solid.csg.solid import Solid
+from autobalance.solid.csg.solid import Solid, self_overlap, united
 from autobalance.solid.formats.read import read
 from autobalance.solid.formats.write import encode
+from autobalance.solid.mesh.measure import Doubled, doubled_metal, frame_along
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.solid.mesh.ray_field import Doubled, doubled_metal, frame_along
 from autobalance.solid.soundness.validate import (
     _measured,
     check_solid,

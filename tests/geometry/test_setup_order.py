@@ -11,9 +11,9 @@ import pytest
 from autobalance.balancing.loop import balance
 from autobalance.correction import Limits
 from autobalance.correction.contract import Correction
-from autobalance.correction.holes.drill_limits import DrillLimits
+from autobalance.correction.holes.drills import DrillLimits
 from autobalance.correction.overlap import Overlap
-from autobalance.correction.setup_order import setup_order
+from autobalance.correction.registry import setup_order
 from tests.cranks import Shape, make_crank
 from tests.geometry.test_plans import judge, rotor
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from autobalance.correction import drill, slug
-from autobalance.correction.holes.drill_limits import DrillLimits
-from autobalance.correction.holes.slug_limits import SlugLimits
+from autobalance.correction.holes.drills import DrillLimits
+from autobalance.correction.holes.slugs import SlugLimits
 from autobalance.correction.kind import Workpiece
 from autobalance.correction.slug import SlugCut
 from autobalance.crank.anatomy import Anatomy, Web

@@ -11,7 +11,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import source_of
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
 from autobalance.solid.soundness.bodies import bodies_of
-from autobalance.solid.soundness.open_edges import open_edges
+from autobalance.solid.soundness.holes import open_edges
 from autobalance.solid.soundness.repair import solid_of, without_crowds, without_opposite_pairs
 
 BOX = Solid.box(np.zeros(3), np.array([10.0, 10.0, 10.0])).mesh

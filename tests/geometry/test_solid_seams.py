@@ -12,7 +12,7 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import source_of
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.solid.soundness.open_holes import OpenHoles
+from autobalance.solid.soundness.holes import OpenHoles
 from tests.cranks import make_crank
 
 SEAM_MM = 1e-4

@@ -10,11 +10,11 @@ import pytest
 from autobalance.drawn_cranks.design import preset
 from autobalance.drawn_cranks.generate import crank_shape
 from autobalance.errors import FormatError, SolidError
-from autobalance.solid.cad import kernel, step
+from autobalance.solid.cad import brep, kernel
 from autobalance.solid.cad.brep import ExactSolid
+from autobalance.solid.cad.files import read_step_file
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.cad.kernel import compound
-from autobalance.solid.cad.step_file import read_step_file
 from autobalance.solid.chordal_error.estimate import estimate_chordal_error
 from autobalance.solid.csg.shape import Bar, Prism, Without, circle, polygon
 from autobalance.solid.csg.solid import Solid
@@ -226,7 +226,7 @@ def test_triangles_that_miss_the_solid_are_refused(cylinder: Path, monkeypatch: 
     def other(_: Mesh) -> tuple[Solid, list[str]]:
         return small, []
 
-    monkeypatch.setattr(step, "solid_of", other)
+    monkeypatch.setattr(brep, "solid_of", other)
     with pytest.raises(SolidError, match=r"triangles bound 1 mm³, the solid holds 6283.19 mm³"):
         read(cylinder, None)
 

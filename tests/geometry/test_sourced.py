@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from autobalance.solid.csg.shape import shared_with
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.csg.sourced import shared_with
 
 
 def box(low: list[float], high: list[float]) -> Solid:

@@ -8,16 +8,15 @@ import numpy as np
 import pytest
 
 from autobalance import correction
-from autobalance.balancing import remedies
+from autobalance.balancing import offers
 from autobalance.balancing.comparison import compare
 from autobalance.balancing.loop import Result, balance
 from autobalance.balancing.offers import workpiece
-from autobalance.balancing.rotor import Rotor
-from autobalance.correction.holes.drill_limits import DrillLimits
+from autobalance.balancing.rotor_from_job import Rotor
+from autobalance.correction.holes.drills import DrillLimits
 from autobalance.planning.relaxation import Attempt
 from autobalance.planning.too_light import too_light_g_mm, too_light_text
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from tests.cranks import Shape, make_crank
 from tests.geometry.test_plans import judge, rotor
 
@@ -137,7 +136,7 @@ def with_factor(made: Rotor, factor: float) -> Rotor:
 def factors_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave out what else would suffice, which takes longer than all the rest."""
     for name in ("relaxations", "heavier"):
-        monkeypatch.setattr(remedies, name, lambda *_, **__: ())
+        monkeypatch.setattr(offers, name, lambda *_, **__: ())
 
 
 @pytest.mark.usefixtures("factors_alone")

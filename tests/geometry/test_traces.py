@@ -16,7 +16,7 @@ from autobalance.errors import SolidError
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.verification.shared_out import _separated, shared_out
+from autobalance.verification.cut_values import _separated, shared_out
 
 NEAR_MM = 6e-5
 

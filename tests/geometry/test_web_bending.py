@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.crank_dynamics.strength.bending_text import bending_text
-from autobalance.crank_dynamics.strength.web_bending import Bending as BendingRecord
-from autobalance.crank_dynamics.strength.web_bending import bending as bending_of
-from autobalance.crank_dynamics.strength.web_bending import weakest_section_MPa
+from autobalance.crank_dynamics.strength.bending import Bending as BendingRecord
+from autobalance.crank_dynamics.strength.bending import bending as bending_of
+from autobalance.crank_dynamics.strength.bending import bending_text, weakest_section_MPa
 from autobalance.declare import decoded
 from autobalance.errors import SolidError
-from autobalance.finite_elements import solid_meshes
+from autobalance.finite_elements import throws
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from tests.cranks import Shape, make_crank
@@ -61,7 +60,7 @@ def test_balance_shows_stress_before_and_after(tmp_path: Path, monkeypatch: pyte
     def fails(*_: object, **__: object) -> None:
         raise SolidError("the mesher ended with exit code -6")
 
-    monkeypatch.setattr(solid_meshes, "bodies_of_solid", fails)
+    monkeypatch.setattr(throws, "bodies_of_solid", fails)
     refused = bending_of(result.before.measured, None, bending["force_N"])
     assert isinstance(refused, BendingRecord)
     assert [each.before_MPa for each in refused.webs] == [each["before_MPa"] for each in bending["webs"]]

@@ -8,9 +8,9 @@ import pytest
 from autobalance.balancing.loop import balance
 from autobalance.balancing.web_metal import _Metal, least_share, weak_places, web_metal
 from autobalance.correction.contract import Correction
-from autobalance.correction.holes.drill_limits import DrillLimits
+from autobalance.correction.holes.drills import DrillLimits
 from autobalance.crank.anatomy import Anatomy
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid
 from tests.cranks import Shape, make_crank, tilted
 from tests.geometry.test_plans import judge, rotor

@@ -11,9 +11,9 @@ import pytest
 from autobalance.correction import drill, slug
 from autobalance.correction.drill import DrillCut
 from autobalance.correction.holes.cut import HoleCut
-from autobalance.correction.holes.drill_limits import DrillLimits
-from autobalance.correction.holes.slug_limits import SlugLimits
-from autobalance.correction.holes.zones import Zone, fillets_of, in_fillets, in_zone
+from autobalance.correction.holes.drills import DrillLimits
+from autobalance.correction.holes.slugs import SlugLimits
+from autobalance.correction.holes.surface import Zone, fillets_of, in_fillets, in_zone
 from autobalance.correction.kind import Workpiece
 from autobalance.correction.slug import SlugCut
 from autobalance.crank.anatomy import Anatomy, CounterweightOutline, Overrides

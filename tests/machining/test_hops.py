@@ -10,12 +10,9 @@ import pytest
 
 from autobalance.correction.machining import AreaOperation
 from autobalance.crank.anatomy import Anatomy
-from autobalance.machining.area_moves import hops
-from autobalance.machining.blocks import Go
-from autobalance.machining.input import read_machine_tool
-from autobalance.machining.part import Listed, Part
+from autobalance.machining.area_moves import Listed, Part, hops, strip, top_mm
+from autobalance.machining.input import Go, read_machine_tool
 from autobalance.machining.planner import Planner
-from autobalance.machining.stock import strip, top_mm
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.region import Region

@@ -16,12 +16,11 @@ import autobalance as ab
 from autobalance.command import main
 from autobalance.correction.machining import HoleOperation
 from autobalance.errors import FormatError, JobError
+from autobalance.machining.area_moves import Part, Stock
 from autobalance.machining.input import read_machine_tool
 from autobalance.machining.interpreter import read_program
-from autobalance.machining.part import Part
 from autobalance.machining.run import NcRun, nc_run, refuse_travel, simulated
-from autobalance.machining.stock import Stock
-from autobalance.toml_files.text import toml_text
+from autobalance.toml_files.document import toml_text
 from tests import nc_jobs
 from tests.jobs import without_advice
 

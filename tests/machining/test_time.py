@@ -12,10 +12,10 @@ import pytest
 
 from autobalance.correction.machining import HoleOperation, angle_deg
 from autobalance.drawn_cranks.design import PRESETS
+from autobalance.machining.area_moves import Listed, Part
 from autobalance.machining.input import read_machine_tool
-from autobalance.machining.operation_body import operation_body
-from autobalance.machining.part import Listed, Part
 from autobalance.machining.run import nc_run
+from autobalance.machining.simulator import operation_body
 from autobalance.solid.csg.solid import union
 from tests import nc_jobs
 from tests.generated import generated_crank

@@ -15,10 +15,9 @@ from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import JobError
 from autobalance.running_gear.articulated import LinkCrank
-from autobalance.running_gear.dead_centres import first_order_counterweight
 from autobalance.running_gear.loads import loads
 from autobalance.running_gear.slider_crank import SliderCrank
-from autobalance.running_gear.whole_engine import CrankUnbalance, Cylinder, Engine
+from autobalance.running_gear.whole_engine import CrankUnbalance, Cylinder, Engine, first_order_counterweight
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

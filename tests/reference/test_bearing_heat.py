@@ -13,8 +13,8 @@ import pytest
 from scipy.integrate import quad
 
 import autobalance as ab
+from autobalance.engines.bearings.fed_states import HeatPath, Stage, steady_temperature_C, warming
 from autobalance.engines.bearings.oil import WaltherOil
-from autobalance.engines.bearings.warming import HeatPath, Stage, steady_temperature_C, warming
 from tests.coarse import bundled_corners
 from tests.jobs import write_stl
 

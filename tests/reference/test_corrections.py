@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from autobalance.correction.holes.hole import drill_body
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import permissible_unbalance_g_mm
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.units import G_MM_PER_OZ_IN, RAD_S_PER_RPM
 

@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 
 from autobalance.engines.forces.stroking import stroke_for_displacement_mm, stroked_crank
-from autobalance.running_gear.balance_factor import (
+from autobalance.running_gear.loads import FirstOrder, centrifugal_force_n
+from autobalance.running_gear.parts import (
+    Parts,
+    ThrowLoad,
     balance_factor,
     bob_weight_moments,
     correction_mass_g,
     counterweight_product_g_mm,
 )
-from autobalance.running_gear.forces import FirstOrder, centrifugal_force_n
-from autobalance.running_gear.parts import Parts, ThrowLoad
 from autobalance.units import RAD_S_PER_RPM
 from fixtures import make
 from tests.reference.published import check, inputs

@@ -21,14 +21,14 @@ from autobalance.engines.bearings.fed_film import (
 )
 from autobalance.engines.bearings.fed_mesh import Mesh
 from autobalance.engines.bearings.film import (
+    Boundary,
     JournalBearing,
     film_at_eccentricity,
     film_at_load,
     friction_moment_N_m,
 )
-from autobalance.engines.bearings.oil_feeds import Capillary, Feed, GivenFlow, Orifice, Restrictor
+from autobalance.engines.bearings.oil import Capillary, Feed, GivenFlow, Orifice, Restrictor
 from autobalance.engines.bearings.reynolds import reynolds
-from autobalance.engines.bearings.unit_film import Boundary
 
 BEARING = JournalBearing(0.05, 0.025, 40e-6)
 OIL_PA_S, SPEED_RAD_S, SUPPLY_PA = 0.01, 300.0, 2e6

@@ -15,8 +15,12 @@ import pytest
 import autobalance as ab
 from autobalance.command.main import main
 from autobalance.crank_dynamics.strength import throw_stress
-from autobalance.crank_dynamics.strength.fatigue import Fatigue, FatigueMetal
-from autobalance.crank_dynamics.strength.fillet_factors import FilletShape, fatigue_strength_MPa
+from autobalance.crank_dynamics.strength.fatigue import (
+    Fatigue,
+    FatigueMetal,
+    FilletShape,
+    fatigue_strength_MPa,
+)
 from autobalance.crank_dynamics.strength.verb import StrengthResult
 from autobalance.crank_dynamics.torsion.from_job import sides_of_throws
 from autobalance.drawn_cranks.design import PRESETS

@@ -19,12 +19,10 @@ from autobalance.crank_dynamics.torsion.from_job import sides_of_throws, webs_be
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import UsageError
-from autobalance.finite_elements.elasticity import STEEL, ElasticBody, stiffness_and_mass
-from autobalance.finite_elements.fillet_rings import FilletRing
+from autobalance.finite_elements.elasticity import STEEL, ElasticBody, TwoLevelSolver, stiffness_and_mass
+from autobalance.finite_elements.mesher import FilletRing
 from autobalance.finite_elements.modes import factorised
-from autobalance.finite_elements.solid_meshes import bodies_of_solid
-from autobalance.finite_elements.throw_load import throw_loads
-from autobalance.finite_elements.two_level import TwoLevelSolver
+from autobalance.finite_elements.throws import bodies_of_solid, throw_loads
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 

@@ -12,9 +12,8 @@ import pytest
 import autobalance as ab
 from autobalance.command.main import main
 from autobalance.crank.sections import sections
-from autobalance.crank_dynamics.flexible.crank_on_springs import CrankOnSprings, Stretch
-from autobalance.crank_dynamics.flexible.cycle import flexible_cycle
-from autobalance.crank_dynamics.flexible.twist import shaft_twists
+from autobalance.crank_dynamics.flexible.crank_in_films import CrankOnSprings, Stretch
+from autobalance.crank_dynamics.flexible.cycle import flexible_cycle, shaft_twists
 from autobalance.crank_dynamics.strength.web_loads import web_loads
 from autobalance.crank_dynamics.torsion.from_job import crank_chain
 from autobalance.crank_dynamics.torsion.input import crank_torsion
@@ -22,8 +21,7 @@ from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.engines.bearings.orbit import film_orbits
 from autobalance.errors import JobError
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 
 EI = 210e3 * math.pi / 64.0 * 50.0**4
 

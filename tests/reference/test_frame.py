@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.engines.mounts.frame import read_modes
-from autobalance.engines.mounts.rigid_body import Mount, MountedEngine
+from autobalance.engines.mounts.rigid_body import Mount, MountedEngine, read_modes
 from autobalance.errors import JobError
 from tests.reference.test_mounts import preset_single, shaken_job
 
@@ -96,7 +95,7 @@ def test_one_mode_is_a_second_body_on_a_spring(tmp_path: Path) -> None:
 def test_power_that_goes_in_is_what_mounts_and_frame_take(on_frame: bool) -> None:
     """Energy balance to 1e-9: ½ Re(Fᴴ v) = ½ ω Σ η k |stretch|² + ½ ω Σ 2ζ ω_m² |η|²."""
     rng = np.random.default_rng(3)
-    from autobalance.engines.mounts.frame import FrameModes
+    from autobalance.engines.mounts.rigid_body import FrameModes
 
     modes = FrameModes(
         np.array([60.0, 150.0, 400.0]),

@@ -9,16 +9,16 @@ import pytest
 
 from autobalance.engines.bearings.analysis import load_means
 from autobalance.engines.bearings.dry import friction_moment_N_m, small_angle_moment_N_m, small_angle_mu
-from autobalance.engines.bearings.film import JournalBearing, petroff_moment_N_m
-from autobalance.engines.bearings.film import friction_moment_N_m as oiled_moment_N_m
-from autobalance.engines.bearings.loads import cubic_mean_load_N, equivalent_load_N, mean_load_N
-from autobalance.engines.bearings.squeeze_film import (
+from autobalance.engines.bearings.fed_film import (
     damping_N_s_m,
     stiffness_N_m,
     uniform_pressure_damping_N_s_m,
 )
-from autobalance.running_gear.forces import centrifugal_force_n
-from autobalance.running_gear.section_table import cylinder_mass_g
+from autobalance.engines.bearings.film import JournalBearing, petroff_moment_N_m
+from autobalance.engines.bearings.film import friction_moment_N_m as oiled_moment_N_m
+from autobalance.engines.bearings.loads import cubic_mean_load_N, equivalent_load_N, mean_load_N
+from autobalance.running_gear.conrod import cylinder_mass_g
+from autobalance.running_gear.loads import centrifugal_force_n
 from autobalance.units import RAD_S_PER_RPM
 from tests.reference.published import CASES, check, inputs
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from autobalance.running_gear.conrod import ConnectingRod
-from autobalance.running_gear.forces import FirstOrder, centrifugal_force_n
+from autobalance.running_gear.loads import FirstOrder, centrifugal_force_n
 from autobalance.running_gear.shafts import BalanceShaft
 from autobalance.running_gear.slider_crank import (
     SliderCrank,

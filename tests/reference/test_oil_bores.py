@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.crank_dynamics.strength.fatigue import oil_bore_equivalent_MPa
-from autobalance.crank_dynamics.strength.fillet_factors import fatigue_strength_MPa, oil_bore_factors
+from autobalance.crank_dynamics.strength.fatigue import (
+    fatigue_strength_MPa,
+    oil_bore_equivalent_MPa,
+    oil_bore_factors,
+)
 from autobalance.errors import JobError
 from tests.reference.test_fillets import FILLETS, STEEL, _first_moment_mm3, job, single
 

@@ -15,8 +15,8 @@ from autobalance.drawn_cranks.design import PRESETS, DrawnShaft
 from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import ClaimError, FormatError
 from autobalance.paper.workbook import xlsx
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.verbs.inspect_sections import TableOptions
+from autobalance.rigid_rotor.unbalance import Moments
+from autobalance.verbs.inspect import TableOptions
 from tests.report.test_workbook import lines
 
 SEGMENTS = 24

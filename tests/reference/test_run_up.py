@@ -14,8 +14,8 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import autobalance as ab
-from autobalance.signals.maps import order_cuts
 from autobalance.signals.record import Channel
+from autobalance.signals.speed import order_cuts
 from autobalance.signals.tacho import TachoPulses, pulses
 from tests.jobs import BUNDLED
 from tests.signals import TURN, Array, instants, orders_of, ramp, smooth_tacho, turning

@@ -7,13 +7,22 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.engines.forces.complete_balance import BoltedPair, bolted_pair, complete_balance
-from autobalance.engines.forces.counterweight import fan_counterweight
+from autobalance.engines.forces.counterweight import (
+    BoltedPair,
+    bolted_pair,
+    complete_balance,
+    fan_counterweight,
+)
 from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.running_gear.balance_factor import counterweight_product_g_mm
-from autobalance.running_gear.conrod import ConnectingRod, cut_at_centre_of_mass
-from autobalance.running_gear.forces import FirstOrder, centrifugal_force_n, order_table
-from autobalance.running_gear.section_table import balancing_counterweights, cylinder_mass_g, section_sums
+from autobalance.running_gear.conrod import (
+    ConnectingRod,
+    balancing_counterweights,
+    cut_at_centre_of_mass,
+    cylinder_mass_g,
+    section_sums,
+)
+from autobalance.running_gear.loads import FirstOrder, centrifugal_force_n, order_table
+from autobalance.running_gear.parts import counterweight_product_g_mm
 from autobalance.running_gear.shafts import counter_rotating_shaft, second_order_pair, shaft_pair
 from autobalance.running_gear.slider_crank import SliderCrank, harmonic_coefficient
 from autobalance.running_gear.whole_engine import Cylinder, Engine

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.balancing.crankpins import with_crankpins
+from autobalance.balancing.engine_from_job import with_crankpins
 from autobalance.bundled import bundled_folder
 from autobalance.crank_dynamics.torsion.from_job import throw_shapes
 from autobalance.crank_dynamics.torsion.throw_twist import throw_ends_mm, throw_twists
@@ -19,8 +19,7 @@ from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import UsageError
 from autobalance.finite_elements.analysis import COARSENING
 from autobalance.finite_elements.elasticity import STEEL
-from autobalance.finite_elements.solid_meshes import bodies_of_solid
-from autobalance.finite_elements.twist import TwistStiffness, twist_stiffness
+from autobalance.finite_elements.throws import TwistStiffness, bodies_of_solid, twist_stiffness
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.verbs.crank import read_crank

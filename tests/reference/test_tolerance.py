@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from autobalance.engines.forces.stroking import crankpin_overlap_mm
-from autobalance.engines.forces.substitute_rotor import Rotor, disc_rotor, substitute_rotor
-from autobalance.rigid_rotor.grade import specific_unbalance_mm
+from autobalance.engines.forces.stroking import Rotor, crankpin_overlap_mm, disc_rotor, substitute_rotor
 from autobalance.rigid_rotor.tolerance import (
     achieved_grade_mm_s,
     permissible_unbalance_g_mm,
     share_between_planes,
+    specific_unbalance_mm,
 )
-from autobalance.running_gear.balance_factor import correction_mass_g
-from autobalance.running_gear.forces import centrifugal_force_n
-from autobalance.running_gear.section_table import cylinder_mass_g
+from autobalance.running_gear.conrod import cylinder_mass_g
+from autobalance.running_gear.loads import centrifugal_force_n
+from autobalance.running_gear.parts import correction_mass_g
 from autobalance.units import G_MM_PER, RAD_S_PER_RPM
 from tests.reference.published import CASES, check, inputs
 

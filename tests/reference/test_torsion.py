@@ -10,8 +10,13 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.crank_dynamics.torsion.chain import TorsionChain, holzer_table, torsion_modes
-from autobalance.crank_dynamics.torsion.crank_torsion import ThrowShape, throw_stiffness_n_m_rad
+from autobalance.crank_dynamics.torsion.chain import (
+    ThrowShape,
+    TorsionChain,
+    holzer_table,
+    throw_stiffness_n_m_rad,
+    torsion_modes,
+)
 from autobalance.crank_dynamics.torsion.model import CrankTorsion
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.generate import crank_solid

@@ -13,7 +13,7 @@ import autobalance as ab
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import JobError
-from autobalance.job.describe import describe
+from autobalance.job.from_options import describe
 from autobalance.job.read import parse
 from autobalance.verification.premises import without_nulls
 

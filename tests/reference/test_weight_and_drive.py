@@ -12,7 +12,7 @@ import pytest
 import autobalance as ab
 from autobalance.running_gear.loads import loads
 from autobalance.running_gear.whole_engine import Engine
-from autobalance.toml_files.text import toml_text
+from autobalance.toml_files.document import toml_text
 from tests.reference.test_articulated import radial
 from tests.reference.test_cycle_doubts import preset
 

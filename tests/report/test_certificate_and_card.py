@@ -11,11 +11,10 @@ from typing import Any
 import pytest
 from pypdf import PdfReader
 
-from autobalance.engines.forces.washers import stack
+from autobalance.engines.forces.show import stack
 from autobalance.paper.bob_card import bob_card, make_up
 from autobalance.paper.certificate import certificate
-from autobalance.paper.hole_list import hole_list
-from autobalance.paper.sheet import pdf
+from autobalance.paper.sheet import hole_list, pdf
 from tests import jobs, plans
 from tests.report.test_job_header import headed
 from tests.report.test_paper import datums

@@ -14,8 +14,7 @@ from pypdf import PdfReader
 import autobalance as ab
 from autobalance.paper.sheet import pdf
 from autobalance.paper.workbook import xlsx
-from autobalance.report.page.history import history_page
-from autobalance.report.page.html import page
+from autobalance.report.page.html import history_page, page
 from tests import jobs, plans
 
 WORK = {

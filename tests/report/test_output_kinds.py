@@ -12,8 +12,7 @@ import autobalance as ab
 from autobalance.command.main import full_parser
 from autobalance.report import output_kinds
 from autobalance.report.material import Material
-from autobalance.report.output_kind import OutputKind
-from autobalance.report.output_kinds import KINDS, choices, register
+from autobalance.report.output_kinds import KINDS, OutputKind, choices, register
 from autobalance.report.records.outputs import Outputs
 from tests import jobs
 

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.paper.listed_metal import listed_metal
+from autobalance.paper.drawing import listed_metal
 from autobalance.report.balance.kinds import angle_deg
 from autobalance.report.metal import Piece, pieces_of
 from autobalance.report.page.html import page
-from autobalance.report.page.shown import Shown, coarse_pieces
+from autobalance.report.page.view import Shown, coarse_pieces
 from autobalance.solid.csg.region import Region
+from autobalance.solid.csg.shape import Shared
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.csg.sourced import Shared
 from autobalance.wording import at, number, signed
 from tests import jobs, plans
 from tests.report.browser import Browser, browser, missing

@@ -17,13 +17,11 @@ import numpy as np
 import pytest
 from pypdf import PdfReader
 
-from autobalance.paper.cheeks import cheeks
+from autobalance.paper.cuts import spread, spread_between, spread_on_circle
 from autobalance.paper.drawing import Drawings, WebDrawing
-from autobalance.paper.labels import spread, spread_between, spread_on_circle
 from autobalance.paper.making import makings
-from autobalance.paper.plates import Plate, plates
-from autobalance.paper.rim_strips import LAP_MM, Strip, strips, templates, tile_range, tiles_of
-from autobalance.paper.scales import SCALES, scale_for
+from autobalance.paper.plates import SCALES, Plate, plates, scale_for
+from autobalance.paper.rim_strips import LAP_MM, Strip, cheeks, strips, templates, tile_range, tiles_of
 from autobalance.paper.sheet import pdf
 from autobalance.paper.tolerances import ERROR_SHARE, USUAL_ACCURACY, press_fit, tolerances
 from autobalance.paper.web_view import WebView

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import autobalance as ab
-from autobalance.command.progress import ProgressLine
+from autobalance.command.console import ProgressLine
 from autobalance.runtime import LIMITS_SOUGHT
 from tests import jobs
 

@@ -11,7 +11,7 @@ from scipy.io import savemat, wavfile
 
 from autobalance.errors import FileError, FormatError
 from autobalance.signals.formats import read
-from autobalance.signals.header import named
+from autobalance.signals.record import named
 from tests.libraries import uninstalled
 from tests.signals import instants, write_csv
 

@@ -5,12 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from autobalance.signals.axes import circles
-from autobalance.signals.by_angle import by_angle, samples_per_turn
-from autobalance.signals.crossings import crossings
-from autobalance.signals.maps import order_cuts, order_map, waterfall
-from autobalance.signals.order_lines import order_lines
-from autobalance.signals.turning import Turning
+from autobalance.signals.by_angle import Turning, by_angle, circles, samples_per_turn
+from autobalance.signals.speed import crossings, order_cuts, order_lines, order_map, waterfall
 from tests.signals import TURN, Array, channel, instants, orders_of, ramp, turning
 
 RATE = 5000.0

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import get_window
 
-from autobalance.signals.long_records import sines_of
-from autobalance.signals.record import Channel
+from autobalance.signals.record import COSINES, Channel, gain, line, noise_bandwidth_bins, window
 from autobalance.signals.sines import amplitude_spectrum, find_sines
-from autobalance.signals.windows import COSINES, gain, line, noise_bandwidth_bins, window
+from autobalance.signals.spectra import sines_of
 
 EXACT = 1e-9
 """Issue of rounding alone: nothing is approximated without noise."""

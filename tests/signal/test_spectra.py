@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.signals.quantities import as_quantity
 from autobalance.signals.record import Record
-from autobalance.signals.spectra import STANDARD_GRAVITY, band_rms, integrated, welch
+from autobalance.signals.spectra import STANDARD_GRAVITY, as_quantity, band_rms, integrated, welch
 from tests import jobs
 from tests.signals import TURN, channel, instants, write_csv
 

@@ -11,7 +11,7 @@ import pytest
 
 from autobalance import job as jobs
 from autobalance.errors import JobError
-from autobalance.job.describe import describe
+from autobalance.job.from_options import describe
 from autobalance.rigid_rotor.staged_assembly import KeyShare, Part, ShaftKey, ShaftState, assemble
 
 CRANK = ShaftState(2000.0, 10 - 4j, 300 + 0j)

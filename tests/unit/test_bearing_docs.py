@@ -12,8 +12,7 @@ import pytest
 import autobalance as ab
 from autobalance.declare import names
 from autobalance.engines.bearings.keys import BEARING_FORMS, HISTORY_KEYS, OIL_KEYS, SUPPLY_KEYS
-from autobalance.engines.bearings.reynolds import reynolds
-from autobalance.engines.bearings.short_bearing import ocvirk
+from autobalance.engines.bearings.reynolds import ocvirk, reynolds
 
 TEXT = (Path(__file__).resolve().parents[2] / "docs" / "bearings.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```toml\n(.*?)```", TEXT, re.DOTALL)

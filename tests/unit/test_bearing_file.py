@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.engines.bearings.history import history_of_arrays, read_history
-from autobalance.engines.bearings.input import parse_bearing
+from autobalance.engines.bearings.input import history_of_arrays, parse_bearing, read_history
 from autobalance.engines.bearings.verb import bearing
 from autobalance.errors import FileError, JobError
 

@@ -7,23 +7,20 @@ import math
 import numpy as np
 import pytest
 
+from autobalance.engines.bearings.cases import Supply, outlet_rise_K, running_temperature_C
 from autobalance.engines.bearings.film import (
+    CONTACT_ECCENTRICITY_RATIO,
+    Boundary,
     Film,
+    FilmModel,
     JournalBearing,
     film_at_eccentricity,
     film_at_load,
     film_coefficients,
-)
-from autobalance.engines.bearings.heat_balance import Supply, outlet_rise_K, running_temperature_C
-from autobalance.engines.bearings.oil import WaltherOil
-from autobalance.engines.bearings.reynolds import reynolds
-from autobalance.engines.bearings.short_bearing import ocvirk
-from autobalance.engines.bearings.unit_film import (
-    CONTACT_ECCENTRICITY_RATIO,
-    Boundary,
-    FilmModel,
     film_for_load,
 )
+from autobalance.engines.bearings.oil import WaltherOil
+from autobalance.engines.bearings.reynolds import ocvirk, reynolds
 
 SHORT_BEARING = {0.2: (0.46119, 75.43), 0.4: (0.17046, 60.94), 0.6: (0.06253, 46.32), 0.8: (0.013885, 30.50)}
 """Eccentricity ratio → S (L/D)², attitude [°], from Ocvirk's formulas."""

@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import quad
 
 from autobalance.engines.bearings import dry, loads
+from autobalance.engines.bearings.fed_film import damping_N_s_m, uniform_pressure_damping_N_s_m
 from autobalance.engines.bearings.oil import WaltherOil
 from autobalance.engines.bearings.rolling import (
     FourParts,
@@ -20,7 +21,6 @@ from autobalance.engines.bearings.rolling import (
     friction_moment_N_m,
     friction_parts,
 )
-from autobalance.engines.bearings.squeeze_film import damping_N_s_m, uniform_pressure_damping_N_s_m
 
 PALMGREN_6204_N_M = {3000.0: 0.067, 6000.0: 0.107, 9000.0: 0.140}
 """Two 6204, d_m 33.5 mm, f0 2, 100 mm²/s, no load."""

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from autobalance.engines.bearings import mobility, orbit
+from autobalance.engines.bearings import orbit
 from autobalance.engines.bearings.film import JournalBearing, film_at_load
 from autobalance.engines.bearings.orbit import Orbits, film_orbits
-from autobalance.engines.bearings.short_bearing import ocvirk
+from autobalance.engines.bearings.reynolds import ocvirk
 
 BEARING = JournalBearing(0.05, 0.02, 25e-6)
 VISCOSITY_PA_S, SPEED_RAD_S = 0.01, 300.0
@@ -50,7 +50,7 @@ def test_the_half_film_is_its_integral(ratio: float, degrees: float) -> None:
         ends = middle - 0.5 * math.pi, middle + 0.5 * math.pi
         return float(quad(share, *ends, points=[0.0], limit=200)[0])
 
-    found = mobility.half_film(np.array(ratio), (np.array(math.cos(middle)), np.array(math.sin(middle))))
+    found = orbit.half_film(np.array(ratio), (np.array(math.cos(middle)), np.array(math.sin(middle))))
     np.testing.assert_allclose(found, [integral(sines) for sines in range(3)], rtol=1e-8, atol=1e-10)
 
 
@@ -59,9 +59,9 @@ def test_the_velocity_makes_its_force(ratio: float) -> None:
     angle = np.linspace(-np.pi, np.pi, 361)
     ratios = np.full(angle.shape, ratio)
     force = np.cos(angle), np.sin(angle)
-    velocity = mobility.squeeze_velocity(ratios, force)
+    velocity = orbit.squeeze_velocity(ratios, force)
     size = np.hypot(*velocity)
-    rr, rt, tt = mobility.half_film(ratios, (velocity[0] / size, velocity[1] / size))
+    rr, rt, tt = orbit.half_film(ratios, (velocity[0] / size, velocity[1] / size))
     made = rr * velocity[0] + rt * velocity[1], rt * velocity[0] + tt * velocity[1]
     np.testing.assert_allclose(made, force, atol=1e-7)
     assert (velocity[0] * force[0] + velocity[1] * force[1] > 0.0).all()
@@ -69,7 +69,7 @@ def test_the_velocity_makes_its_force(ratio: float) -> None:
 
 def test_no_force_squeezes_nothing() -> None:
     zero = np.zeros(3)
-    along, across = mobility.squeeze_velocity(np.array([0.0, 0.5, 0.9]), (zero, zero))
+    along, across = orbit.squeeze_velocity(np.array([0.0, 0.5, 0.9]), (zero, zero))
     assert (along == 0.0).all()
     assert (across == 0.0).all()
 
@@ -138,7 +138,7 @@ def test_squeezing_without_turning_follows_its_closed_form() -> None:
     unit = VISCOSITY_PA_S * SPEED_RAD_S * 0.025 * 0.02**3 / 25e-6**2
 
     def rate(_angle: float, ratio: np.ndarray) -> np.ndarray:
-        ahead = mobility.half_film(ratio, (np.ones(1), np.zeros(1)))[0]
+        ahead = orbit.half_film(ratio, (np.ones(1), np.zeros(1)))[0]
         return np.asarray(4000.0 / unit / ahead)
 
     sinking = solve_ivp(rate, (0.0, 2.0 * np.pi), [0.0], t_eval=TURN, rtol=1e-10, atol=1e-12).y[0]

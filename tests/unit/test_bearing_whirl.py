@@ -9,7 +9,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.engines.bearings.film import Film, JournalBearing, film_at_eccentricity
-from autobalance.engines.bearings.short_bearing import ocvirk
+from autobalance.engines.bearings.reynolds import ocvirk
 from autobalance.errors import JobError
 
 BEARING = JournalBearing(0.05, 0.025, 50e-6)

@@ -13,9 +13,8 @@ from autobalance.quantities import mm, said
 from autobalance.report.balance.comparison import comparison, comparison_html, comparison_text
 from autobalance.report.balance.values import dumps
 from autobalance.report.display_units import ON_SCREEN
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
-from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 
 
 def row(name: str, metal_g: float, inertia: float, cuts: int, wall_mm: float | None = 5.0) -> ComparedRow:

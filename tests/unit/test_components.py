@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from autobalance.solid.mesh.components import components, numbered_components
+from autobalance.solid.mesh.mesh import components, numbered_components
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 60), st.integers(0, 80), st.sampled_from([2, 3]))

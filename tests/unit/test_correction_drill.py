@@ -6,7 +6,7 @@ import pytest
 
 from autobalance.correction import drill
 from autobalance.correction.cut import on_step
-from autobalance.correction.holes.drill_limits import DrillLimits
+from autobalance.correction.holes.drills import DrillLimits
 from autobalance.correction.holes.sites import site_angles
 from autobalance.errors import CorrectionError
 from tests.cranks import make_crank

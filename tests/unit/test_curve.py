@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.correction.faces.curve import NODES, ROUGH_CHECK_SHARE, DepthCurve
+from autobalance.correction.faces.layer import NODES, ROUGH_CHECK_SHARE, DepthCurve
 
 
 def test_a_polynomial_is_exact_from_one_piece_also_above_its_first_sample() -> None:

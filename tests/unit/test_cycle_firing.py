@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from autobalance.engines.cycle.counterweight_search import (
+from autobalance.engines.cycle.factors import (
     best_counterweight,
     best_counterweight_at,
     smallest_circle,

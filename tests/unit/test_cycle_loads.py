@@ -9,14 +9,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from autobalance.engines.cycle.analysis import CycleAnalysis
-from autobalance.engines.cycle.chamber import Chamber
-from autobalance.engines.cycle.closed_part import Charge
+from autobalance.engines.cycle.closed_part import Chamber, Charge, Wiebe
 from autobalance.engines.cycle.cylinder import CylinderCycle, GasExchange, Strokes
 from autobalance.engines.cycle.factors import factor_rows, ideal_counterweights
 from autobalance.engines.cycle.firing import dead_centres_rad, firing_in_order
 from autobalance.engines.cycle.firing_engine import FiringEngine, LoadParts, ThrowPlace
 from autobalance.engines.cycle.friction import Friction
-from autobalance.engines.cycle.heat_release import Wiebe
 from autobalance.engines.cycle.speed import periodic_speed
 from autobalance.running_gear.conrod import ConnectingRod
 from autobalance.running_gear.loads import lever_shares, loads

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from autobalance.engines.cycle.chamber import Chamber
-from autobalance.engines.cycle.closed_part import Charge
+from autobalance.engines.cycle.closed_part import Chamber, Charge, Wiebe
 from autobalance.engines.cycle.cylinder import CylinderCycle, GasExchange, Strokes
-from autobalance.engines.cycle.heat_release import Wiebe
 from autobalance.engines.cycle.wall_heat import GasEquation, SolvedPart, Woschni
 from autobalance.running_gear.slider_crank import SliderCrank
 from autobalance.types import Array

@@ -8,12 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalance.engines.cycle.chamber import Chamber
-from autobalance.engines.cycle.closed_part import Charge
+from autobalance.engines.cycle.closed_part import Chamber, Charge, Wiebe
 from autobalance.engines.cycle.cylinder import CylinderCycle, GasExchange
-from autobalance.engines.cycle.heat_release import Wiebe
-from autobalance.engines.cycle.trace import Trace
-from autobalance.engines.cycle.trace_input import read_trace
+from autobalance.engines.cycle.trace import Trace, read_trace
 from autobalance.errors import FileError, FormatError
 from autobalance.running_gear.slider_crank import SliderCrank
 from autobalance.types import Array

@@ -10,7 +10,7 @@ import pytest
 from autobalance.errors import JobError
 from autobalance.profile_search.files import front_plot
 from autobalance.profile_search.neighbours import OtherShaft, Piston, Rod, circle_mm, least_clearance
-from autobalance.profile_search.profile import Profile, fitted_radii_mm, refuse_crossing
+from autobalance.profile_search.outlines import Profile, fitted_radii_mm, refuse_crossing
 from autobalance.solid.csg.region import Region
 
 PROFILE = Profile.even((math.radians(95.0), math.radians(250.0)), 11, 26.0)

@@ -7,12 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.running_gear.balance_factor import (
+from autobalance.running_gear.parts import (
+    Parts,
+    ThrowLoad,
     balance_factor,
     bob_weight_moments,
     factor_direction_g_mm,
 )
-from autobalance.running_gear.parts import Parts, ThrowLoad
 
 PARTS = Parts(rotating_g=100.0, reciprocating_g=200.0, crankpin_g=10.0, rods=2)
 

@@ -7,22 +7,27 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.engines.forces.complete_balance import ShaftWeight, bolted_pair, complete_balance
-from autobalance.engines.forces.counterweight import Fan, fan_counterweight, fan_counterweight_for
-from autobalance.engines.forces.stroking import stroked_crank
-from autobalance.engines.forces.substitute_rotor import substitute_rotor
-from autobalance.rigid_rotor.grade import GRADES, listed_grade, specific_unbalance_mm
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.running_gear.balance_factor import correction_mass_g
-from autobalance.running_gear.conrod import ConnectingRod, cut_at_centre_of_mass
-from autobalance.running_gear.loads import whole_turn
-from autobalance.running_gear.parts import Parts
-from autobalance.running_gear.section_table import (
+from autobalance.engines.forces.counterweight import (
+    Fan,
+    ShaftWeight,
+    bolted_pair,
+    complete_balance,
+    fan_counterweight,
+    fan_counterweight_for,
+)
+from autobalance.engines.forces.stroking import stroked_crank, substitute_rotor
+from autobalance.rigid_rotor.tolerance import GRADES, listed_grade, specific_unbalance_mm
+from autobalance.rigid_rotor.unbalance import Moments
+from autobalance.running_gear.conrod import (
+    ConnectingRod,
     balancing_counterweights,
+    cut_at_centre_of_mass,
     cylinder_mass_g,
     final_hole_depth_mm,
     section_sums,
 )
+from autobalance.running_gear.loads import whole_turn
+from autobalance.running_gear.parts import Parts, correction_mass_g
 from autobalance.running_gear.shafts import counter_rotating_shaft, roll_moment_n_m, shaft_pair
 from autobalance.running_gear.slider_crank import SliderCrank
 from autobalance.running_gear.whole_engine import Cylinder, Engine, vee

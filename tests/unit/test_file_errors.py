@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from autobalance.engines.bearings.history import read_history
+from autobalance.engines.bearings.input import read_history
 from autobalance.errors import FileError, JobError, file_errors
 
 

@@ -8,10 +8,10 @@ from autobalance.correction.trace import Before, Metal
 from autobalance.errors import SolidError
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.solid.soundness.boolean_slivers import without_flakes
+from autobalance.solid.soundness.validate import without_flakes
 from autobalance.verification.claims import Claims
 from autobalance.verification.correction_claims import _is_skin
-from autobalance.verification.shared_out import shared_out
+from autobalance.verification.cut_values import shared_out
 from tests.cranks import make_crank
 
 NEAR_MM = 1e-5

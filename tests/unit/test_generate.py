@@ -20,7 +20,7 @@ from autobalance.drawn_cranks.design import (
 )
 from autobalance.drawn_cranks.generate import crank_solid, exact_moments
 from autobalance.drawn_cranks.input import read_design, with_settings
-from autobalance.drawn_cranks.true_anatomy import crank_anatomy
+from autobalance.drawn_cranks.truth import crank_anatomy
 from autobalance.errors import JobError
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Bar, tessellated

@@ -9,12 +9,20 @@ import numpy as np
 import pytest
 
 from autobalance.errors import JobError
-from autobalance.test_stands.influence.fitted_weights import Fitting, fitted_weights
-from autobalance.test_stands.influence.influence_coefficients import Trial, influence_coefficients
+from autobalance.test_stands.influence.fitted_weights import (
+    Fitting,
+    fitted_weights,
+    places_with_sum,
+    weights_with_sum,
+)
 from autobalance.test_stands.influence.input import TRIALS_KEYS
-from autobalance.test_stands.influence.limited_weights import Goal, limited_weights
+from autobalance.test_stands.influence.limited_weights import (
+    Goal,
+    Trial,
+    influence_coefficients,
+    limited_weights,
+)
 from autobalance.test_stands.influence.verb import influence
-from autobalance.test_stands.influence.weights_with_sum import places_with_sum, weights_with_sum
 from autobalance.toml_files.keys import json_schema
 from autobalance.types import Array, Complex
 

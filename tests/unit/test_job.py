@@ -16,13 +16,12 @@ from autobalance import job
 from autobalance.correction import KINDS, registry
 from autobalance.correction.add import AddLimits
 from autobalance.correction.contract import Limits
-from autobalance.correction.holes.drill_limits import DrillLimits
+from autobalance.correction.holes.drills import DrillLimits
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.correction.turn import TurnLimits
 from autobalance.errors import FileError, JobError
 from autobalance.job.tables import job_schema
-from autobalance.report.balance.cuts_text import cut_rows
-from autobalance.report.balance.zero import FROM_CRANKPIN
+from autobalance.report.balance.zero import FROM_CRANKPIN, cut_rows
 from autobalance.report.display_units import ON_SCREEN
 
 Raw = dict[str, Any]

@@ -15,7 +15,7 @@ from autobalance.balancing import engine_from_job
 from autobalance.balancing.measured import Crank
 from autobalance.balancing.measured_crank import measure_crank
 from autobalance.errors import JobError
-from autobalance.running_gear.force_summary import shaking_force, turn_loads
+from autobalance.running_gear.roll import shaking_force, turn_loads
 from autobalance.runtime import Stopwatch
 from autobalance.solid.mesh.mesh import Mesh
 from tests.generated import generated_crank

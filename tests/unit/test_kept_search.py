@@ -8,8 +8,7 @@ import pytest
 
 from autobalance.errors import FileError
 from autobalance.profile_search.candidates import Candidate
-from autobalance.profile_search.kept import KeptSearch
-from autobalance.profile_search.search import Generation
+from autobalance.profile_search.search import Generation, KeptSearch
 
 
 @pytest.mark.parametrize("damage", [{"variables": None}, {"asked": [[1.0]]}, {"objectives": [[2.5]]}, None])

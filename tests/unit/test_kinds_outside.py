@@ -16,11 +16,11 @@ NAMES = set(KINDS)
 WRITE_JOBS = {
     "verbs/init.py",
     "command/init.py",
-    "profile_search/written_job.py",
+    "profile_search/written.py",
     "profile_search/input.py",
     "dialogue/questions.py",
     "job/from_options.py",
-    "job/listed_cuts.py",
+    "job/balance.py",
     "job/read.py",
 }
 """Files that write jobs, in which one method has to be named, or list keys of a report."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from autobalance.correction.faces.cover import Cover
+from autobalance.correction.faces.depth_limit import Cover
 from autobalance.correction.faces.layer import Layer
 from autobalance.correction.faces.patches import face_frame
 from autobalance.solid.csg.region import Region

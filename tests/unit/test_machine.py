@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from autobalance.errors import JobError
-from autobalance.job.files.reading_keys import Convention
+from autobalance.job.files.reading import Convention
 from autobalance.test_stands.bench.spun_rotor import (
     PlanarUnbalance,
     PointMass,
@@ -19,12 +19,18 @@ from autobalance.test_stands.bench.spun_rotor import (
     axisymmetric,
     spun_rotor,
 )
-from autobalance.test_stands.machine.balancing_machine import free_displacement, node_mm, sprung_displacements
-from autobalance.test_stands.machine.drilled_depth import DrillPlace, HoleDirection
+from autobalance.test_stands.machine.balancing_machine import (
+    DrillPlace,
+    HoleDirection,
+    free_displacement,
+    node_mm,
+    roll_time_s,
+    sprung_displacements,
+    static_stand,
+)
 from autobalance.test_stands.machine.input import MACHINE_KEYS
-from autobalance.test_stands.machine.reading_toml import reading_toml
-from autobalance.test_stands.machine.static_stand import roll_time_s, static_stand
 from autobalance.test_stands.machine.verb import machine
+from autobalance.test_stands.machine.watch import reading_toml
 from autobalance.toml_files.keys import json_schema
 
 OMEGA_600 = 600.0 * 2.0 * math.pi / 60.0

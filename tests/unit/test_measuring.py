@@ -8,7 +8,7 @@ import pytest
 
 from autobalance.balancing.measuring import MAX_SUM_DIFFERENCE_SHARE, _refuse_contradiction
 from autobalance.errors import SolidError
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 
 STEEL = 7.85e-3
 

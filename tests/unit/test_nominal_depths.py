@@ -8,8 +8,7 @@ import pytest
 from autobalance.correction.contract import Apart, SharedDepth
 from autobalance.correction.drill import DrillCut
 from autobalance.correction.kind import Candidates
-from autobalance.planning.depths import SAME_MM
-from autobalance.planning.nominal_depths import nominal_depths, nominal_plan
+from autobalance.planning.depths import SAME_MM, nominal_depths, nominal_plan
 from autobalance.planning.whole_cuts import choose
 from tests.holes import at_planes, holes, tolerance
 from tests.shaken import shaken

@@ -8,8 +8,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from autobalance.report.pictures.labels import placed
-from autobalance.report.pictures.lettering import draw_labels
+from autobalance.report.pictures.zbuffer import draw_labels, placed
 
 
 @pytest.mark.parametrize("away", [0.0, 30.0])

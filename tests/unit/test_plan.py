@@ -8,19 +8,16 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from autobalance.correction.contract import Correction, SharedDepth
-from autobalance.correction.envelope import Envelope
+from autobalance.correction.contract import Correction, Envelope, SharedDepth
 from autobalance.correction.kind import Candidates
 from autobalance.planning import depths as planner
-from autobalance.planning.depths import AIM_SHARE, plan_depths
-from autobalance.planning.drop_negligible_cuts import worthwhile
+from autobalance.planning.depths import AIM_SHARE, plan_depths, worthwhile
 from autobalance.planning.milp import least_share
 from autobalance.planning.reject_worse import harmless, is_harmless
-from autobalance.planning.shortfall import Shortfall, explain_shortfall, factor_relaxations
+from autobalance.planning.too_light import Shortfall, explain_shortfall, factor_relaxations
 from autobalance.planning.whole_cuts import choose
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
-from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from autobalance.correction.faces.cover import Cover
+from autobalance.correction.faces.depth_limit import Cover
 from autobalance.solid.csg.region import Region
-from autobalance.solid.slicing.raster import Raster
+from autobalance.solid.slicing.independent import Raster
 
 
 def ring() -> Region:

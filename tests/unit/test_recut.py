@@ -11,14 +11,16 @@ import numpy as np
 import pytest
 
 from autobalance.balancing.machine_reading import (
+    Comparison,
     JudgedReading,
     MachineAccuracy,
     PlaneReading,
+    bob_weight_fit,
     judged_reading,
     machine_cannot_show,
     needs_no_cut,
+    suspects,
 )
-from autobalance.balancing.reading_mistakes import Comparison, bob_weight_fit, suspects
 from autobalance.errors import JobError
 from autobalance.job.files.reading import READING_KEYS, read_reading
 from autobalance.rigid_rotor.tolerance import Tolerance

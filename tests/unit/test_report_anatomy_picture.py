@@ -8,8 +8,8 @@ import zlib
 import numpy as np
 
 from autobalance.crank.faces import find_faces
-from autobalance.report.pictures.anatomy import crank_picture
-from autobalance.report.pictures.lettering import draw_labels, draw_line
+from autobalance.report.pictures.picture import crank_picture
+from autobalance.report.pictures.zbuffer import draw_labels, draw_line
 from tests.cranks import Shape, make_crank, tilted
 
 

@@ -10,7 +10,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import autobalance as ab
-from autobalance.crank_dynamics.rotor.balancing_procedures import advice
+from autobalance.crank_dynamics.rotor.balancing import advice
 from autobalance.crank_dynamics.rotor.beam_rotor import (
     BeamRotor,
     Disc,
@@ -18,11 +18,10 @@ from autobalance.crank_dynamics.rotor.beam_rotor import (
     ShaftSection,
     spring_bearing,
 )
-from autobalance.crank_dynamics.rotor.critical_speeds import CriticalSpeed, critical_speeds
-from autobalance.crank_dynamics.rotor.preparation import prepared
+from autobalance.crank_dynamics.rotor.critical_speeds import CriticalSpeed, critical_speeds, prepared
 from autobalance.crank_dynamics.rotor.unbalance_response import unbalance_response
 from autobalance.engines.bearings.film import JournalBearing, film_at_load
-from autobalance.engines.bearings.short_bearing import ocvirk
+from autobalance.engines.bearings.reynolds import ocvirk
 from autobalance.errors import JobError
 
 Values = dict[str, Any]
@@ -285,7 +284,7 @@ def test_modal_correction_leaves_the_told_modes_without_excitation(rigid: bool) 
 
 def test_later_modes_keep_the_earlier_ones_balanced() -> None:
     """The response at the first critical speed stays small when the second mode is balanced too."""
-    from autobalance.crank_dynamics.rotor.modal_balancing import modal_correction
+    from autobalance.crank_dynamics.rotor.balancing import modal_correction
 
     rotor = flexible_rotor()
     ready = prepared(rotor, 600.0, 6, [0.3, 0.5, 1.1])

@@ -10,8 +10,8 @@ import pytest
 
 import autobalance as ab
 from autobalance.bundled import bundled_folder
-from autobalance.crank_dynamics.rotor.crank_bending import rectangle_torsion_mm4, throw_bending
-from autobalance.crank_dynamics.torsion.crank_torsion import ThrowShape
+from autobalance.crank_dynamics.rotor.from_crank import rectangle_torsion_mm4, throw_bending
+from autobalance.crank_dynamics.torsion.chain import ThrowShape
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import UsageError

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.rigid_rotor.uncertainty import Share, facets_share
+from autobalance.rigid_rotor.unbalance import Moments, Share, facets_share
 from autobalance.solid.chordal_error.of_scans import chordal_error_of_scan
 from autobalance.solid.mesh.mesh import Mesh
 

@@ -10,7 +10,7 @@ import pytest
 
 import autobalance as ab
 from autobalance import job
-from autobalance.correction.holes.slug_limits import SlugLimits
+from autobalance.correction.holes.slugs import SlugLimits
 from autobalance.errors import JobError
 from autobalance.job.limits import limits_of_every_kind
 from autobalance.user_folders import configuration_folder

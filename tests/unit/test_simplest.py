@@ -8,10 +8,9 @@ import pytest
 
 from autobalance.correction.contract import Prefer, Variety, setting_of
 from autobalance.correction.kind import Candidates
+from autobalance.planning.cut_curves import Task, usual
 from autobalance.planning.depths import AIM_SHARE, judged_plan
-from autobalance.planning.fewest_setups import WHOLE_CUTS_SHARE, rank
-from autobalance.planning.task import Task, usual
-from autobalance.planning.whole_cuts import choose
+from autobalance.planning.whole_cuts import WHOLE_CUTS_SHARE, choose, rank
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from tests.holes import assert_rules_are_kept, at_planes, holes, tolerance

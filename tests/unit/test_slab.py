@@ -7,11 +7,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.measure import mesh_moments
-from autobalance.solid.slicing.slab import Part, Slab
+from autobalance.solid.slicing.slices import Part, Slab
 from tests.cranks import Shape, make_crank, tilted
 
 

@@ -18,12 +18,12 @@ import numpy as np
 import pytest
 
 from autobalance.errors import FileError, UsageError
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.runtime import interruptible
 from autobalance.studies import workers
-from autobalance.studies.study import draws
-from autobalance.studies.study.advice import advise
+from autobalance.studies.study import statistics
+from autobalance.studies.study.advice import advise, sobol_shares
 from autobalance.studies.study.linear_model import (
     Draw,
     LinearModel,
@@ -34,7 +34,6 @@ from autobalance.studies.study.linear_model import (
     shift_effect,
     turn_effect,
 )
-from autobalance.studies.study.sobol import sobol_shares
 from autobalance.studies.study.statistics import wilson_interval
 from tests.worker_tasks import square_unless_killed, threads_after
 
@@ -45,25 +44,25 @@ BODY = Moments.point(7.0, np.array([3.0, -2.0, 11.0])) + Moments.point(5.0, np.a
 
 
 def test_a_crank_is_the_same_whatever_the_number() -> None:
-    few = draws.deviations(3, "a", 7, 2.0, "normal")
-    many = draws.deviations(3, "a", 9000, 2.0, "normal")
+    few = statistics.deviations(3, "a", 7, 2.0, "normal")
+    many = statistics.deviations(3, "a", 9000, 2.0, "normal")
     assert (many[:7] == few).all()
-    assert not (draws.deviations(4, "a", 7, 2.0, "normal") == few).any()
-    assert not (draws.deviations(3, "b", 7, 2.0, "normal") == few).any()
+    assert not (statistics.deviations(4, "a", 7, 2.0, "normal") == few).any()
+    assert not (statistics.deviations(3, "b", 7, 2.0, "normal") == few).any()
 
 
 def test_distributions_have_their_spread() -> None:
-    normal = draws.deviations(1, "a", 100_000, 2.0, "normal")
+    normal = statistics.deviations(1, "a", 100_000, 2.0, "normal")
     assert (np.abs(normal) <= 2.0).mean() == pytest.approx(0.95, abs=0.003)
-    even = draws.deviations(1, "a", 100_000, 2.0, "rectangular")
+    even = statistics.deviations(1, "a", 100_000, 2.0, "rectangular")
     assert np.abs(even).max() <= 2.0
     assert even.std() == pytest.approx(2.0 / math.sqrt(3.0), rel=0.01)
-    vectors = draws.offsets(1, "a", 100_000, 2.0, "normal")
-    assert vectors.var(axis=0).sum() == pytest.approx((2.0 / draws.Z_95) ** 2, rel=0.02)
+    vectors = statistics.offsets(1, "a", 100_000, 2.0, "normal")
+    assert vectors.var(axis=0).sum() == pytest.approx((2.0 / statistics.Z_95) ** 2, rel=0.02)
 
 
 def test_a_latin_hypercube_has_one_number_in_each_part() -> None:
-    share = draws.uniform(5, "a", 1000, "latin_hypercube")
+    share = statistics.uniform(5, "a", 1000, "latin_hypercube")
     assert (np.sort((share * 1000).astype(int)) == np.arange(1000)).all()
 
 

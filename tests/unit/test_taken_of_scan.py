@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from autobalance.balancing.taken import metal_of_each
+from autobalance.balancing.web_metal import metal_of_each
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.measure import mesh_moments
 

@@ -6,12 +6,12 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
-from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.rigid_rotor.uncertainty import (
+from autobalance.rigid_rotor.unbalance import (
     Budget,
+    Moments,
     Share,
+    Unbalance,
     along_the_axis,
     displacement_share,
     facets_beside_skin,

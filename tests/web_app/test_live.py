@@ -16,11 +16,9 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.browser.buffers import along_a_curve, packed
 from autobalance.browser.live import kinds
-from autobalance.browser.meshes import crank_mesh, creases
-from autobalance.browser.prediction import linear_model, predicted
-from autobalance.browser.preview import preview
+from autobalance.browser.meshes import along_a_curve, crank_mesh, creases, packed
+from autobalance.browser.prediction import linear_model, predicted, preview
 from autobalance.browser.work import MESH, MODEL, SOLID_READ_SHARE, VERBS, Place, _material
 from autobalance.crank.recognition.candidates import cylinder_candidates
 from autobalance.errors import JobError

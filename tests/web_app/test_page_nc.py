@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from autobalance.toml_files.text import toml_text
+from autobalance.toml_files.document import toml_text
 from tests import nc_jobs
 from tests.report.browser import Browser
 from tests.web_app import small

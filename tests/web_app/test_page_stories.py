@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalance.toml_files.text import toml_text
+from autobalance.toml_files.document import toml_text
 from autobalance.wording import at as value_at
 from tests import jobs
 from tests.generated import generated_crank

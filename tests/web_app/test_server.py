@@ -21,8 +21,8 @@ import pytest
 
 import autobalance as ab
 from autobalance.drawn_cranks.design import PRESETS
-from autobalance.drawn_cranks.true_anatomy import crank_anatomy
-from autobalance.toml_files.text import toml_text
+from autobalance.drawn_cranks.truth import crank_anatomy
+from autobalance.toml_files.document import toml_text
 from tests import jobs
 from tests.generated import differences
 from tests.web_app import small

@@ -15,7 +15,7 @@ import numpy as np
 from autobalance.balancing.suggestions.wanted import Aim, Bore, Change, Missing, Refused, Suggestion
 from autobalance.crank.anatomy import Web
 from autobalance.errors import CorrectionError
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import tessellated
 from autobalance.solid.csg.solid import Solid, union

@@ -14,9 +14,8 @@ from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.crank.sections import away_from_crankpin
 from autobalance.errors import JobError
 from autobalance.job.model import EngineParts
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.running_gear.balance_factor import LEAST_DIRECTION, factor_direction_g_mm
-from autobalance.running_gear.parts import ThrowLoad
+from autobalance.rigid_rotor.unbalance import Moments
+from autobalance.running_gear.parts import LEAST_DIRECTION, ThrowLoad, factor_direction_g_mm
 from autobalance.types import Array
 
 G_MM2_PER_KG_MM2 = 1000.0

@@ -12,7 +12,7 @@ import numpy as np
 from autobalance.correction.contract import Item, Limits
 from autobalance.correction.faces.layer import Layer
 from autobalance.correction.faces.patches import ROUNDING_SHARE, face_frame, face_region, farthest_mm, sector
-from autobalance.correction.outline import loops_area_mm2, side_of
+from autobalance.correction.machining import loops_area_mm2, side_of
 from autobalance.correction.trace import (
     ON_PLANE,
     THIN,

@@ -1,26 +1,34 @@
-"""Common parts of drilled holes and bores for slugs as cuts: a hole at a place, and the search for all."""
+"""Drilled holes and bores for slugs as cuts and kinds, and the limit that a hole misses at its place."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from abc import ABC
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from autobalance.correction.contract import Item
+from autobalance.correction.contract import Envelope, Item, Limits
 from autobalance.correction.cut import WalledCut
-from autobalance.correction.envelope import Envelope
-from autobalance.correction.holes.hole import Hole
+from autobalance.correction.holes.hole import Hole, completed_hole, hole_shape
 from autobalance.correction.holes.sites import Places, Site, find_sites, make_holes, reach_of
 from autobalance.correction.holes.surface import Surface
 from autobalance.correction.holes.walls import HoleLimits
-from autobalance.correction.kind import ENTRY_MM, KEPT_MM
+from autobalance.correction.kind import ENTRY_MM, KEPT_MM, Kind
+from autobalance.correction.machining import Operation, hole_operation
+from autobalance.correction.relaxing import ALL_AROUND, wall_missed
 from autobalance.crank.anatomy import Anatomy
+from autobalance.errors import CorrectionError
+from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
 from autobalance.types import Array
 from autobalance.units import wrapped_deg
+
+# Common parts of drilled holes and bores for slugs as cuts: a hole at a place, and the search for all.
+
 
 Towards = Array | Callable[[float], Array]
 """A direction (2,) in which one of the places tried lies, or a function of z [mm] that returns it."""
@@ -112,3 +120,108 @@ def is_kept_hole(cut: HoleCut, item: Item) -> bool:
 
 SAME_MM = 1e-6
 """Difference of two holes up to which they are the same: rounding of a report."""
+
+
+# Common parts of the kinds drill and slug.
+
+
+L = TypeVar("L", bound=Limits)
+
+
+class HoleKind(Kind[L], ABC):
+    """A kind whose cuts are holes."""
+
+    has_axis = True
+
+    def is_kept(self, cut: HoleCut, item: Item) -> bool:
+        return is_kept_hole(cut, item)
+
+    def is_listed(self, cut: HoleCut, item: Item) -> bool:
+        """Return whether a hole is the listed one; where its entry is not listed, it is the surface's."""
+        if item["entry_radius_mm"] is None:
+            return is_kept_hole(cut, {**item, "position_mm": cut.hole.axis.entry_mm.tolist()})
+        if is_kept_hole(cut, item):
+            return True
+        entry = float(math.hypot(*cut.hole.axis.entry_mm[:2]))
+        at_surface = {**item, "position_mm": cut.hole.axis.entry_mm.tolist()}
+        if item["direction"] == "radial" and is_kept_hole(cut, at_surface):
+            listed = float(item["entry_radius_mm"])
+            raise CorrectionError(
+                f"entry_radius_mm is {listed:g}; the crank's surface is at a radius of {entry:.4g} mm there"
+            )
+        return False
+
+    def completed(self, item: Item, anatomy: Anatomy, limits: Any) -> Item:
+        return completed_hole(item, anatomy, limits.direction)
+
+    def machining(self, item: Item) -> Operation | str | None:
+        return hole_operation(item)
+
+    def drawn(self, item: Item) -> Shape:
+        return hole_shape(item)
+
+
+# Limit that a listed hole misses at its own place, and the amount.
+
+
+C = TypeVar("C", bound=HoleCut)
+
+
+class _Limits(Protocol):
+    @property
+    def min_wall_mm(self) -> float: ...
+
+
+def missed(
+    there: Callable[..., Sequence[C]],
+    is_kept: Callable[[C], bool],
+    limits: _Limits,
+    wall_left_mm: Callable[[C], float],
+) -> str | None:
+    """Return the limit that a hole misses, in words; None if it would not fit without its limits either.
+
+    Parameters
+    ----------
+    there : callable
+        Takes eased limits by name and returns the holes that fit at the place.
+    is_kept : callable
+        Whether one of these is the listed hole.
+    wall_left_mm : callable
+        The wall that it leaves at the least depth.
+    """
+
+    def eased(**limits_eased: Any) -> C | None:
+        try:
+            return next((cut for cut in there(**limits_eased) if is_kept(cut)), None)
+        except CorrectionError:
+            return None
+
+    cut = eased(min_wall_mm=0.0)
+    if cut is not None:
+        return wall_missed(wall_left_mm(cut), limits.min_wall_mm)
+    if eased(sectors_deg=ALL_AROUND) is not None:
+        return "it lies outside of sectors_deg"
+    return None
+
+
+# Widest hole that fits where the one in the job does not, and the limit at which it ends.
+
+
+STEP_MM = 0.5
+"""Step of the sizes tried."""
+
+
+def widest_mm(fits: Callable[[float], bool], asked_mm: float) -> float | None:
+    """Return the widest hole below ``asked_mm`` that fits, on whole and half millimetres; None: none."""
+    low, high = 0, round(asked_mm / STEP_MM + 0.499999)
+    if high < 2:
+        return None
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if fits(middle * STEP_MM) else (low, middle)
+    return low * STEP_MM if low else None
+
+
+def ended_by(eased: Mapping[str, Callable[[], bool]], otherwise: str) -> str:
+    """Return the first limit without which the hole in the job would fit; else ``otherwise``."""
+    return next((name for name, fits in eased.items() if fits()), otherwise)

@@ -10,20 +10,23 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from autobalance.correction.cut import metal_within
-from autobalance.correction.holes.around import Around, OldHole, most_mm
-from autobalance.correction.holes.hole import Hole, drill_body
-from autobalance.correction.holes.positions import Position
-from autobalance.correction.holes.surface import CONTINUATION_RAD, Axis, Surface
-from autobalance.correction.holes.walls import HoleLimits, cross2, greatest_depth_mm, wall_left_mm
-from autobalance.correction.holes.zones import (
+from autobalance.correction.holes.hole import Hole, Position, drill_body
+from autobalance.correction.holes.surface import (
+    CONTINUATION_RAD,
+    Around,
+    Axis,
     Fillet,
+    OldHole,
+    Surface,
     Zone,
     fillets_of,
     in_fillets,
     in_zone,
     least_radius_mm,
+    most_mm,
 )
-from autobalance.correction.refusals import Direction, Sectors
+from autobalance.correction.holes.walls import HoleLimits, cross2, greatest_depth_mm, wall_left_mm
+from autobalance.correction.relaxing import Direction, Sectors
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array

@@ -1,7 +1,6 @@
-"""Intersections of a hole's line with the solid's own triangles, and its entry among them.
+"""Places on the solid's own triangles: entry of a hole's line, zones of a web.
 
-The entry's continuation are the triangles around the mouth that hang together and face the drill within
-`CONTINUATION_RAD`: all others are surfaces that a hole keeps its wall from.
+The wall left beside a hole.
 """
 
 from __future__ import annotations
@@ -9,14 +8,28 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.correction.holes.walls import EQUAL_MM, HoleLimits, clear_depth_mm, cross2
-from autobalance.solid.mesh.components import components
-from autobalance.solid.mesh.mesh import Mesh
+from autobalance.correction.holes.walls import (
+    EQUAL_MM,
+    HoleLimits,
+    clear_depth_mm,
+    cross2,
+    greatest_depth_mm,
+    wall_left_mm,
+)
+from autobalance.crank.anatomy import Anatomy, Pin, Web
+from autobalance.solid.mesh.mesh import Mesh, components
 from autobalance.types import Array, Indices
+
+# Intersections of a hole's line with the solid's own triangles, and its entry among them.
+#
+# The entry's continuation are the triangles around the mouth that hang together and face the drill within
+# `CONTINUATION_RAD`: all others are surfaces that a hole keeps its wall from.
+
 
 CONTINUATION_RAD = math.radians(40.0)
 """A surface that turns further away from the drill than this is another surface (a 45° chamfer is)."""
@@ -260,3 +273,187 @@ def _connected(vertex: Indices, start: int) -> NDArray[np.bool_]:
     label = components(np.stack(edge_pairs(vertex), axis=1), len(vertex))
     same: NDArray[np.bool_] = label == label[start]
     return same
+
+
+# Zones of a web for holes, and the fillets beside it.
+
+
+Zone = Literal["counterweights", "web", "anywhere"]
+ON_AXIS = 1e-9
+"""Length up to which a direction counts as zero, for rounding."""
+ON_EDGE_RAD = 1e-9
+"""Angle up to which a place is on the edge of its zone: rounding."""
+MOST_FILLET_SHARE = 0.25
+"""Longest fillet, as a share of the radius of its cylinder."""
+FILLET_GRAIN = 1e-3
+"""Corners of a fillet's facets lie off its circle by up to this share of the radius."""
+
+
+def in_zone(anatomy: Anatomy, web: Web, angle_rad: float, zone: Zone) -> bool:
+    """Return whether an angle lies in a web's counterweight, or on the web's half away from its crankpins.
+
+    The counterweight is the arc that its rim spans; where the rim is not known, that half.
+    """
+    if zone == "anywhere":
+        return True
+    towards = sum((throw.direction for throw in anatomy.throws_of(web)), np.zeros(2))
+    size = float(np.linalg.norm(towards))
+    if zone == "counterweights" and not web.counterweight:
+        return False
+    if size < ON_AXIS:
+        return True
+    away = math.atan2(-float(towards[1]), -float(towards[0]))
+    half, middle = 0.5 * math.pi, away
+    if zone == "counterweights" and web.outline is not None:
+        half, middle = min(half, 0.5 * web.outline.fan_angle_rad), away + web.outline.skew_rad
+    return abs(math.remainder(angle_rad - middle, math.tau)) <= half + ON_EDGE_RAD
+
+
+def least_radius_mm(anatomy: Anatomy, web: Web, zone: Zone) -> float:
+    """Return the radius at which a counterweight begins: that of the main journals and fillets beside it."""
+    if zone != "counterweights":
+        return 0.0
+    fillets = (fillet_of(journal, web) for journal in anatomy.main_journals)
+    return max((each.radius_mm + each.least_mm for each in fillets if each is not None), default=0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Fillet:
+    """Fillet between a cylinder and a web, rotor frame.
+
+    It begins at the end ``z_mm`` of the bare cylinder, runs towards the web (``sense`` along z), and is
+    nowhere higher than it is long, at any radius; ``least_mm`` and ``most_mm`` bound its length.
+    """
+
+    centre_mm: Array
+    radius_mm: float
+    z_mm: float
+    sense: float
+    least_mm: float
+    most_mm: float
+
+    def holds(self, corners: Array) -> NDArray[np.bool_]:
+        """Return whether triangles (m, 3, 3) lie in it with all corners."""
+        rise = np.hypot(corners[:, :, 0] - self.centre_mm[0], corners[:, :, 1] - self.centre_mm[1])
+        rise -= self.radius_mm
+        along = self.sense * (corners[:, :, 2] - self.z_mm)
+        slack = FILLET_GRAIN * self.radius_mm
+        inside = (rise <= along + slack) & (along >= -slack) & (along <= self.most_mm + slack)
+        held: NDArray[np.bool_] = inside.all(axis=1)
+        return held
+
+
+def fillets_of(anatomy: Anatomy, web: Web) -> tuple[Fillet, ...]:
+    """Return the fillets on both sides of a web."""
+    pins: list[Pin] = [*anatomy.main_journals, *(throw.crankpin for throw in anatomy.throws)]
+    fillets = (fillet_of(pin, web) for pin in pins)
+    return tuple(each for each in fillets if each is not None)
+
+
+def in_fillets(corners: Array, fillets: tuple[Fillet, ...]) -> NDArray[np.bool_]:
+    """Return whether triangles (m, 3, 3) are part of a fillet."""
+    held = np.zeros(len(corners), dtype=bool)
+    for each in fillets:
+        held |= each.holds(corners)
+    return held
+
+
+def fillet_of(pin: Pin, web: Web) -> Fillet | None:
+    """Return the fillet of a cylinder at a web; None where the cylinder is not beside that web.
+
+    A web with a counterweight thicker than its hub begins, as it was recognised, above the fillet.
+    """
+    radius = 0.5 * pin.diameter_mm
+    low, high = pin.z_range_mm
+    middle = 0.5 * (web.z_min_mm + web.z_max_mm)
+    below = high < middle
+    gap = web.z_min_mm - high if below else low - web.z_max_mm
+    if gap > radius:
+        return None
+    end, sense = (high, 1.0) if below else (low, -1.0)
+    most = min(MOST_FILLET_SHARE * radius, abs(middle - end))
+    return Fillet(pin.centre_mm, radius, end, sense, min(max(gap, 0.0), most), most)
+
+
+# Surfaces around the axis of a hole: the wall left beside it, and its largest depth.
+
+
+LOOKED_AT_MM = 10.0
+"""Distance searched beside a hole, beyond its width; farther if there is nothing."""
+NEAR_ENTRY_MM = 0.05
+OLD_SHARE = 0.04
+"""Share of the drill's radius by which an old hole that it fits may reach farther out: wider, not round."""
+
+
+@dataclass(frozen=True)
+class OldHole:
+    """Hole to be drilled deeper: its radius, and the distance of its tip beyond the entry.
+
+    What lies more than ``wall_mm`` above its tip is beside the old hole alone.
+    """
+
+    radius_mm: float
+    tip_mm: float
+    wall_mm: float
+
+    def is_own(self, local: Array) -> NDArray[np.bool_]:
+        """Return whether triangles (k, 3, 3) around the axis are the old hole's own, or beside it alone."""
+        highest = local[:, :, 2].max(axis=1) - self.tip_mm
+        within = (np.hypot(local[:, :, 0], local[:, :, 1]) <= (1.0 + OLD_SHARE) * self.radius_mm).all(axis=1)
+        own: NDArray[np.bool_] = (within & (highest <= self.radius_mm)) | (highest < -self.wall_mm)
+        return own
+
+
+@dataclass(frozen=True, eq=False)
+class Around:
+    """All surfaces of a crank about the axis of a hole; ``fillets`` are those of its web."""
+
+    surface: Surface
+    axis: Axis
+    fillets: tuple[Fillet, ...]
+    old: OldHole | None = None
+
+    def wall_mm(self, radius_mm: float, depth_mm: float, half_point_rad: float) -> float | None:
+        """Return the least distance from a hole to surfaces that it does not enter.
+
+        None where its axis meets no surface at its entry that a drill can start on.
+        """
+        reach = 2.0 * radius_mm + LOOKED_AT_MM
+        while True:
+            others = self._others(reach)
+            if others is None:
+                return None
+            wall = wall_left_mm(others, radius_mm, depth_mm, half_point_rad)
+            if radius_mm + wall <= reach:
+                return wall
+            reach = radius_mm + wall
+
+    def deepest_mm(self, radius_mm: float, room: HoleLimits) -> float | None:
+        """Return the largest depth of a hole within limits, -inf without any; None as in ``wall_mm``."""
+        others = self._others(max(2.0 * radius_mm + LOOKED_AT_MM, radius_mm + room.wall_mm))
+        return None if others is None else greatest_depth_mm(others, radius_mm, room)
+
+    def _others(self, reach_mm: float) -> Array | None:
+        near = self.surface.around(self.axis, reach_mm)
+        depth, rows = near.hits(self.axis)
+        away, near_mm = np.abs(depth), NEAR_ENTRY_MM
+        if self.old is not None:
+            away, near_mm = np.abs(depth - self.old.tip_mm), near_mm + OLD_SHARE * self.old.radius_mm
+        if not (away < near_mm).any():
+            return None
+        entered = int(rows[np.argmin(away)])
+        if self.old is None:
+            return near.others(self.axis, entered, in_fillets(near.corners, self.fillets))[0]
+        others, _ = near.others(self.axis, entered)
+        return None if others is None else others[~self.old.is_own(others)]
+
+
+def most_mm(axis: Axis, least_radius_mm: float, radius_mm: float, half_point_rad: float) -> float:
+    """Return the depth at which a radial hole leaves its zone, point included, or meets the crank axis.
+
+    Endless for an axial hole that lies in the zone, -inf for one that does not.
+    """
+    out = math.hypot(*axis.entry_mm[:2]) - least_radius_mm
+    if abs(axis.inward[2]) > 0.5:
+        return math.inf if not least_radius_mm or out >= radius_mm else -math.inf
+    return out - (radius_mm / math.tan(half_point_rad) if least_radius_mm else 0.0)

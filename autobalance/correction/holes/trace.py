@@ -11,13 +11,19 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from autobalance.correction.contract import Item, Limits
-from autobalance.correction.holes.around import Around, OldHole, most_mm
 from autobalance.correction.holes.bores import ROUND_SHARE
-from autobalance.correction.holes.drill_limits import DrillLimits
+from autobalance.correction.holes.drills import DrillLimits
 from autobalance.correction.holes.hole import Hole, drill_body
-from autobalance.correction.holes.surface import Axis, Surface
+from autobalance.correction.holes.surface import (
+    Around,
+    Axis,
+    OldHole,
+    Surface,
+    fillets_of,
+    least_radius_mm,
+    most_mm,
+)
 from autobalance.correction.holes.walls import HoleLimits
-from autobalance.correction.holes.zones import fillets_of, least_radius_mm
 from autobalance.correction.trace import (
     SLACK_MM,
     Before,
@@ -34,7 +40,7 @@ from autobalance.correction.trace import (
     where_listed,
 )
 from autobalance.errors import FormatError
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh

@@ -1,4 +1,4 @@
-"""Outlines of milled pockets: between two radii and two angles, corners rounded; and their fit."""
+"""Milled pockets: limits, outlines between two radii and two angles, and the metal left around them."""
 
 from __future__ import annotations
 
@@ -6,13 +6,22 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 
+from autobalance.correction.contract import Limits
 from autobalance.correction.holes.sites import in_sectors
-from autobalance.correction.refusals import Sectors
+from autobalance.correction.relaxing import ALL_AROUND, STEP, Sectors, refuse_out_of_range, refuse_sectors
+from autobalance.crank.anatomy import Face, Web
+from autobalance.declare import NOT_NEGATIVE, POSITIVE
+from autobalance.errors import CorrectionError
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Arc, Line, Outline, outline_points
+from autobalance.solid.csg.solid import Solid
+
+# Outlines of milled pockets: between two radii and two angles, corners rounded; and their fit.
+
 
 CLEAR_MM = 1.0
 """Height of the tool's start over the cheek, and distance of the cutter from metal around it."""
@@ -144,3 +153,121 @@ def _fitted(pocket: Pocket, free: Region) -> Pocket | None:
         if smaller.has_room and lies_in(smaller.region, free):
             return smaller
     return None
+
+
+# Metal left around a milled pocket, and its largest depth: distances to all voids.
+
+
+SKIN_MM = 1e-3
+"""Metal over or under a cheek that is its own roughness."""
+LOOKED_AT_MM = 10.0
+"""Distance next to and below a pocket within which air is sought, and farther if none is found."""
+DEPTH_TOLERANCE_MM = 1e-3
+"""Depths found here are short of the exact limit by at most this, never beyond it."""
+BISECTIONS = 24
+"""Halvings of a depth at most: they bring 16 m to the tolerance above."""
+
+
+@dataclass(frozen=True, eq=False)
+class Below:
+    """Metal below a plane cheek: ``crank`` in the rotor frame, ``up`` ±1 along the axis.
+
+    ``behind_mm`` is the thickness of the web under it; its roughness ``skin_mm`` is left out.
+    """
+
+    crank: Solid
+    web: int
+    z_mm: float
+    up: float
+    behind_mm: float
+    skin_mm: float
+
+    @classmethod
+    def cheek(cls, crank: Solid, face: Face, web: Web) -> Below:
+        """Return the metal below a face that looks along the axis."""
+        up, z = math.copysign(1.0, float(face.normal[2])), float(face.centroid_mm[2])
+        behind = z - web.z_min_mm if up > 0.0 else web.z_max_mm - z
+        return cls(crank, web.number, z, up, behind, 2.0 * face.spread_mm + 2.0 * SKIN_MM)
+
+    def wall_left_mm(self, pocket: Region, depth_mm: float) -> float:
+        """Return the least distance from a pocket's sides and floor to any surface but the cheek."""
+        body, reach = self._body(pocket, depth_mm), LOOKED_AT_MM
+        while True:
+            gap = body.gap_mm(self._air(body, reach), reach)
+            if gap < reach:
+                return gap
+            reach *= 2.0
+
+    def deepest_mm(self, pocket: Region, wall_mm: float, most_mm: float) -> float:
+        """Return the largest depth of a pocket in its web, wall kept, up to ``most_mm``; 0 if none."""
+        most_mm = min(most_mm, self.behind_mm - wall_mm)
+        air = self._air(self._body(pocket, most_mm), wall_mm + SKIN_MM)
+
+        def fits(depth_mm: float) -> bool:
+            return self._body(pocket, depth_mm).gap_mm(air, wall_mm + SKIN_MM) >= wall_mm - SKIN_MM
+
+        if fits(most_mm):
+            return most_mm
+        low, high = 0.0, most_mm
+        for _ in range(BISECTIONS):
+            if high - low <= DEPTH_TOLERANCE_MM:
+                break
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if fits(middle) else (low, middle)
+        return low
+
+    def _body(self, pocket: Region, depth_mm: float) -> Solid:
+        """Return the pocket from under the cheek's skin down to its floor."""
+        ends = sorted(
+            (self.z_mm - self.up * self.skin_mm, self.z_mm - self.up * max(depth_mm, 2.0 * self.skin_mm))
+        )
+        return Solid.prism(pocket, *ends)
+
+    def _air(self, body: Solid, reach_mm: float) -> Solid:
+        """Return all voids under the cheek, around a body."""
+        low, high = body.bounds
+        low, high = low - 2.0 * reach_mm, high + 2.0 * reach_mm
+        top = self.z_mm - self.up * self.skin_mm
+        if self.up > 0.0:
+            high = np.array([high[0], high[1], top])
+        else:
+            low = np.array([low[0], low[1], top])
+        return Solid.box(low, high) - self.crank
+
+
+# Limits of milled pockets.
+
+
+@dataclass(frozen=True)
+class MillLimits(Limits):
+    """Limits of milled pockets. The defaults are ours: no standard gives them.
+
+    Attributes
+    ----------
+    cutter_mm : float
+        Diameter of the end mill; corners have its radius.
+    min_wall_mm : float
+        Metal between a pocket and any surface but the cheek it enters, and between pockets.
+    min_depth_mm, max_depth_mm, depth_step_mm : float
+        Depth from the cheek, along the axis; step 0: any depth.
+    sectors_deg : tuple of (float, float)
+        Sectors for the middles of pockets: angles in the rotor frame, counter-clockwise from the first to
+        the second; (0, 360) is all around.
+    """
+
+    cutter_mm: Annotated[float, POSITIVE] = 10.0
+    min_wall_mm: Annotated[float, NOT_NEGATIVE] = 3.0
+    min_depth_mm: Annotated[float, POSITIVE] = 0.5
+    max_depth_mm: Annotated[float, POSITIVE] = 15.0
+    depth_step_mm: Annotated[float, STEP] = 0.1
+    sectors_deg: Sectors = ALL_AROUND
+
+    def __post_init__(self) -> None:
+        """Refuse limits that contradict each other."""
+        refuse_out_of_range("mill", self)
+        if not self.min_depth_mm <= self.max_depth_mm:
+            raise CorrectionError(
+                f"mill.min_depth_mm is {self.min_depth_mm:g}; must be > 0 and at most "
+                f"max_depth_mm = {self.max_depth_mm:g}"
+            )
+        refuse_sectors("mill", self.sectors_deg)

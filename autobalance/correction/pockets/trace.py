@@ -11,9 +11,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.correction.contract import Item, Limits
-from autobalance.correction.pockets.limits import MillLimits
-from autobalance.correction.pockets.pocket import CLEAR_MM, Pocket
-from autobalance.correction.pockets.walls import Below
+from autobalance.correction.pockets.pocket import CLEAR_MM, Below, MillLimits, Pocket
 from autobalance.correction.rings.trace import faceted_ring
 from autobalance.correction.trace import (
     Before,

@@ -26,7 +26,7 @@ from autobalance.correction.trace import (
 )
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import FormatError
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.difference import common
 from autobalance.solid.csg.shape import equal_area
 from autobalance.solid.csg.solid import Solid, union

@@ -1,19 +1,122 @@
-"""Bare cylinders in a solid: candidates for a journal or a crankpin."""
+"""Bare cylinders in a solid, and the directions in which its crank axis may lie."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
 
 from autobalance.crank.anatomy import Pin
 from autobalance.crank.recognition.cylinder_runs import ROUNDING, CylinderRun, find_runs
-from autobalance.crank.recognition.directions import axis_candidates
-from autobalance.crank.recognition.section_stack import SectionStack, lengthwise
+from autobalance.crank.recognition.section_stack import SectionStack, lengthwise, rotated
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
+
+# Directions in which a solid's crank axis may lie, from its triangles' area vectors.
+
+
+BIN_RAD = 0.02
+"""Directions closer than this count as one at first; the best are refined afterwards."""
+CROSSED_DIRECTIONS = 32
+"""Number of the surface's directions that are crossed with each other: a cylinder's axis is square to any two
+directions of its surface."""
+MOST_BINS = 600
+"""Directions of the surface that candidates are judged by; the others hold little area."""
+SIDE_SINE = 0.01
+"""A triangle is along an axis when the sine of its lean is below this (about half a degree)."""
+CANDIDATES = 8
+"""Axes tried before giving up."""
+
+
+def axis_candidates(area_vectors: Array, side_sine: float = SIDE_SINE) -> Iterator[Array]:
+    """Yield likely directions (3,) of the crank axis as unit vectors, likeliest first.
+
+    ``side_sine`` is the sine of the lean of a triangle that still is along an axis.
+
+    The likeliest axis is the one to which most of the surface is either parallel (journals, crankpins,
+    rims) or square (webs' faces); a cylinder's surface counts, a flat's could belong to any of many axes.
+    """
+    length = np.linalg.norm(area_vectors, axis=1)
+    keep = length > 0.0
+    unit, weight = area_vectors[keep] / length[keep, None], length[keep] / length.sum()
+    unit *= np.where(_upper(unit), 1.0, -1.0)[:, None]
+    normals, areas = _binned(unit, weight)
+    strong = normals[:CROSSED_DIRECTIONS]
+    i, j = np.triu_indices(len(strong), 1)
+    crossed = np.cross(strong[i], strong[j])
+    size = np.linalg.norm(crossed, axis=1)
+    axes = np.concatenate([strong, crossed[size > 0.2] / size[size > 0.2, None]])
+    scores = _scores(axes, normals, areas, side_sine)
+    chosen: list[Array] = []
+    for place in np.argsort(-scores):
+        if any(abs(float(axes[place] @ other)) > np.cos(BIN_RAD) for other in chosen):
+            continue
+        axis = _refined(axes[place], normals, areas)
+        if all(abs(float(axis @ other)) < np.cos(BIN_RAD) for other in chosen):
+            chosen.append(refined_direction(axis, unit, weight, side_sine))
+            yield chosen[-1]
+        if len(chosen) == CANDIDATES:
+            return
+
+
+def refined_direction(axis: Array, unit: Array, weight: Array, side_sine: float = SIDE_SINE) -> Array:
+    """Return the direction to which the surface along ``axis`` is most nearly parallel."""
+    for sine in (side_sine, 0.1 * side_sine, 0.01 * side_sine):
+        along = np.abs(unit @ axis) < sine
+        if not along.any():
+            return axis
+        axis = _least_direction(unit[along], weight[along], axis)
+    return axis
+
+
+def _upper(unit: Array) -> Array:
+    x, y, z = unit.T
+    upper: Array = (z > 0.0) | ((z == 0.0) & ((y > 0.0) | ((y == 0.0) & (x > 0.0))))
+    return upper
+
+
+def _binned(unit: Array, weight: Array) -> tuple[Array, Array]:
+    """Return mean directions (k, 3) and weights (k,) of bins on the sphere, heaviest first."""
+    cells = np.floor(unit / BIN_RAD).astype(np.int64)
+    key = (cells[:, 0] * 1009 + cells[:, 1]) * 1009 + cells[:, 2]
+    _, which = np.unique(key, return_inverse=True)
+    areas: Array = np.bincount(which, weight).astype(np.float64)
+    sums = np.stack([np.bincount(which, weight * column) for column in unit.T], axis=1)
+    normals: Array = sums / np.linalg.norm(sums, axis=1)[:, None]
+    order = np.argsort(-areas, kind="stable")[:MOST_BINS]
+    return normals[order], areas[order]
+
+
+def _scores(axes: Array, normals: Array, areas: Array, side_sine: float) -> Array:
+    scores = np.zeros(len(axes))
+    for begin in range(0, len(axes), 256):
+        lean = np.abs(axes[begin : begin + 256] @ normals.T)
+        along = lean < side_sine
+        square = lean > 1.0 - 0.5 * side_sine**2
+        scores[begin : begin + 256] = along @ areas + square @ areas
+    return scores
+
+
+def _refined(axis: Array, normals: Array, areas: Array) -> Array:
+    along = np.abs(normals @ axis) < 2.0 * BIN_RAD
+    return _least_direction(normals[along], areas[along], axis) if along.any() else axis
+
+
+def _least_direction(unit: Array, weight: Array, axis: Array) -> Array:
+    """Return the unit vector near ``axis`` that makes Σ w (n·d)² least."""
+    second = (unit * weight[:, None]).T @ unit
+    values, vectors = np.linalg.eigh(second)
+    if values[1] <= 1e-9 * values[2]:  # the surface faces one way only: any direction in its plane would do
+        return axis
+    direction: Array = vectors[:, 0]
+    return direction if abs(float(direction @ axis)) > 0.9 else axis
+
+
+# Bare cylinders in a solid: candidates for a journal or a crankpin.
+
 
 DIRECTIONS = 3
 """Number of directions tried where none is known."""
@@ -60,3 +163,81 @@ def _candidate(long: SectionStack, run: CylinderRun) -> Candidate:
     turn, shift = long.turn[:3, :3], long.turn[:3, 3]
     here = np.array([*run.centre, run.z_mid])
     return Candidate(turn.T @ (here - shift), turn[2], 2.0 * float(run.radius), float(run.width))
+
+
+# Sections and bare cylinders of a mesh along each supposed axis, computed once.
+
+
+WRITTEN_STEPS_MM = (0.1, 0.0254, 0.01, 0.00254, 0.001, 0.000254)
+"""Steps of coordinates written with one to three decimals in mm, or three to five in inch."""
+COARSE_STEP_MM = 0.1
+"""A file with such a step has journals that are off by more than a scan's."""
+FIRST_LOOKED_AT = 500
+"""Most files are seen to have no such step by so many vertices."""
+
+
+def rounding_of(mesh: Mesh) -> float:
+    """Return the largest distance of a mesh's vertices from where they were meant, by its file's digits [mm].
+
+    That is single precision's, or half a step of the last decimal in two directions across an axis.
+    """
+    return max(_single_mm(mesh), math.sqrt(0.5) * _written_step_mm(mesh))
+
+
+def digits_warning(mesh: Mesh) -> str | None:
+    """Return a warning of a mesh whose coordinates have one decimal; None with more."""
+    step = _written_step_mm(mesh)
+    if step < COARSE_STEP_MM:
+        return None
+    return (
+        f"every coordinate is a multiple of {step:g} mm: the file was rounded. Diameters and places are known"
+        f" to {math.sqrt(0.5) * step:.2g} mm, ends of journals at fillets and faces of webs to a millimetre"
+        " or two. Export the crank with three decimals"
+    )
+
+
+def _single_mm(mesh: Mesh) -> float:
+    """Return the rounding of single precision at a mesh's far end [mm]."""
+    return ROUNDING * float(np.abs(mesh.bounds).max())
+
+
+def _written_step_mm(mesh: Mesh) -> float:
+    """Return the step of all coordinates, of those that writers leave; 0 without one."""
+    single = _single_mm(mesh)
+    for step in WRITTEN_STEPS_MM:
+        if step > 4.0 * single and all(
+            _is_written_in(some, step, single) for some in (mesh.vertices[:FIRST_LOOKED_AT], mesh.vertices)
+        ):
+            return step
+    return 0.0
+
+
+def _is_written_in(vertices: Array, step_mm: float, slack_mm: float) -> bool:
+    """Return whether all coordinates are whole multiples of a step."""
+    return float(np.abs(vertices - step_mm * np.round(vertices / step_mm)).max(initial=0.0)) <= slack_mm
+
+
+class Views:
+    """Sections and bare cylinders of a mesh along the directions tried.
+
+    ``rough_mm`` is the vertices' largest distance from drawn surfaces, beside the file's rounding.
+
+    A crank not recognised with crankpins is sought without them, along the same directions. Turned
+    vertices, most of a view's memory, are not kept, but turned again.
+    """
+
+    def __init__(self, mesh: Mesh, rough_mm: float = 0.0) -> None:
+        self.mesh, self.rough_mm = mesh, rough_mm
+        self.rounding_mm = rough_mm + rounding_of(mesh)
+        self._known: dict[bytes, tuple[SectionStack, list[CylinderRun]]] = {}
+
+    def along(self, direction: Array) -> tuple[SectionStack, list[CylinderRun]]:
+        """Return the sections along a direction (3,), and their bare cylinders."""
+        key = direction.tobytes()
+        if key in self._known:
+            flat, runs = self._known[key]
+            return replace(flat, vertices=rotated(self.mesh.vertices, flat.turn)), runs
+        long = lengthwise(self.mesh, direction, self.rounding_mm, self.rough_mm)
+        runs = find_runs(long, self.rounding_mm)
+        self._known[key] = replace(long, vertices=np.zeros((0, 3))), runs
+        return long, runs

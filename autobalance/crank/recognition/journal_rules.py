@@ -15,8 +15,8 @@ from itertools import pairwise
 import numpy as np
 
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
+from autobalance.crank.recognition.datums import shaft_marks
 from autobalance.crank.recognition.section_stack import SectionStack
-from autobalance.crank.recognition.shaft_marks import shaft_marks
 from autobalance.types import Array
 
 SAME_THICKNESS = 0.02

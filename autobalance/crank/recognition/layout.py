@@ -9,12 +9,11 @@ from itertools import pairwise, permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.crank.recognition.bored_webs import bored_arm, pieces_around, shaft_bores, single_web
-from autobalance.crank.recognition.bores import bore_runs
+from autobalance.crank.recognition.bores import bore_runs, bored_arm, pieces_around, shaft_bores, single_web
 from autobalance.crank.recognition.cylinder_runs import ROUNDING, SAME_CENTRE, CylinderRun
+from autobalance.crank.recognition.datums import shaft_marks
 from autobalance.crank.recognition.journal_rules import JournalChoice, holds, journal_choices
 from autobalance.crank.recognition.section_stack import SectionStack, encloses
-from autobalance.crank.recognition.shaft_marks import shaft_marks
 from autobalance.crank.recognition.through_shaft import (
     clear_of,
     find_eccentrics,

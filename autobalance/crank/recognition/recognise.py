@@ -11,20 +11,27 @@ from functools import partial
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, MainJournal, Overrides, Pin, PinHint, Throw, Typed
-from autobalance.crank.recognition.all_cylinders import all_cylinders
 from autobalance.crank.recognition.bores import bore_runs
-from autobalance.crank.recognition.covered import on_surface
+from autobalance.crank.recognition.candidates import Views, axis_candidates
 from autobalance.crank.recognition.cylinder_runs import (
     CylinderRun,
     bare_cylinder,
     common_axis,
     find_runs,
 )
+from autobalance.crank.recognition.cylinders import all_cylinders, own_direction, own_layout
 from autobalance.crank.recognition.datums import find_datums
-from autobalance.crank.recognition.directions import axis_candidates
-from autobalance.crank.recognition.doubts import axis_doubts, journal_doubts
-from autobalance.crank.recognition.exact_cylinders import own_direction, own_layout
-from autobalance.crank.recognition.given import given_axis, hinted, upright, without_given_keys
+from autobalance.crank.recognition.doubts import axis_doubts, journal_doubts, on_surface
+from autobalance.crank.recognition.given import (
+    given_axis,
+    hinted,
+    left_out_by_job,
+    refuse_impossible,
+    refuse_incomplete,
+    refuse_unexplained,
+    upright,
+    without_given_keys,
+)
 from autobalance.crank.recognition.layout import (
     GapError,
     JournalLayout,
@@ -32,23 +39,15 @@ from autobalance.crank.recognition.layout import (
     layout_with_pins,
     solid_layout,
 )
-from autobalance.crank.recognition.pressed_up import pressed_up_layout
-from autobalance.crank.recognition.refusals import (
-    left_out_by_job,
-    refuse_impossible,
-    refuse_incomplete,
-    refuse_unexplained,
-)
-from autobalance.crank.recognition.rough_cylinders import CREDIBLE_MM, RoughMesh
+from autobalance.crank.recognition.scan_cylinders import CREDIBLE_MM, RoughMesh
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise, straightened
 from autobalance.crank.recognition.through_shaft import clear_of
 from autobalance.crank.recognition.typed import NothingThereError, contradictions, typed_and_found
-from autobalance.crank.recognition.views import Views
-from autobalance.crank.recognition.webs import find_webs
+from autobalance.crank.recognition.webs import find_webs, pressed_up_layout
 from autobalance.disk_cache import kept
 from autobalance.errors import RecognitionError
 from autobalance.known import once
-from autobalance.solid.cad.surface import CylinderFace
+from autobalance.solid.cad.tessellation import CylinderFace
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.roughness.estimate import DRAWN, MIN_TRIANGLES, SCANNED, flat_share
@@ -142,7 +141,7 @@ def _recognised(solid: Solid, overrides: Overrides, cylinders: Sequence[Cylinder
         return _with_grey(found, flat)
     if flat >= SLIGHTLY_WAVED:
         return found
-    from autobalance.crank.recognition.rough_drawn import is_rough  # few meshes are that little flat
+    from autobalance.crank.recognition.scanned import is_rough  # few meshes are that little flat
 
     return _as_rough_as_it_is(RoughMesh.of(mesh), found, overrides, flat) if is_rough(mesh, found) else found
 
@@ -173,7 +172,7 @@ def _rough_if_it_is(mesh: Mesh, overrides: Overrides, flat: float) -> Anatomy | 
 
     Sections clear of its waves tell: each face of a rough one would be a hundred levels to a drawing's.
     """
-    from autobalance.crank.recognition.rough_drawn import is_rough  # few meshes are that little flat
+    from autobalance.crank.recognition.scanned import is_rough  # few meshes are that little flat
 
     with suppress(RecognitionError):
         rough = RoughMesh.of(mesh)
@@ -214,7 +213,7 @@ def _as_rough_as_it_is(rough: RoughMesh, drawn: Anatomy, overrides: Overrides, f
 
 def _fallen_back(rough: RoughMesh, drawn: Anatomy, overrides: Overrides, flat: float, reason: str) -> Anatomy:
     """Return a rough crank recognised as drawn with its roughness, and why it was not as a scan."""
-    from autobalance.crank.recognition.rough_drawn import rough_as_drawn  # for rough cranks alone
+    from autobalance.crank.recognition.scanned import rough_as_drawn  # for rough cranks alone
 
     held = given_axis(overrides) is not None
     found = rough_as_drawn(

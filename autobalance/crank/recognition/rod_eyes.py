@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from autobalance.crank.recognition.candidates import axis_candidates
 from autobalance.crank.recognition.cylinder_runs import (
     ROUNDING,
     SAME_CENTRE,
@@ -15,12 +16,11 @@ from autobalance.crank.recognition.cylinder_runs import (
     CylinderRun,
     bare_cylinder,
 )
-from autobalance.crank.recognition.directions import axis_candidates
-from autobalance.crank.recognition.exact_cylinders import own_cylinder, own_direction
+from autobalance.crank.recognition.cylinders import own_cylinder, own_direction
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise
 from autobalance.declare import Positive, Triple
 from autobalance.errors import RecognitionError
-from autobalance.solid.cad.surface import CylinderFace
+from autobalance.solid.cad.tessellation import CylinderFace
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.datums import Flange, FlangeHole, Keyway
-from autobalance.crank.recognition.rough_certainty import FittedCrank
-from autobalance.crank.recognition.rough_cylinders import MAX_AXIAL_COMPONENT, RoughMesh
 from autobalance.crank.recognition.rough_fits import Region, fit_circle_along_z
+from autobalance.crank.recognition.scan_cylinders import MAX_AXIAL_COMPONENT, RoughMesh
+from autobalance.crank.recognition.scan_planes import FittedCrank
 from autobalance.types import Array
 
 MIN_RADIAL_COMPONENT = 0.85

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
-from autobalance.crank.recognition.rough_cylinders import (
+from autobalance.crank.recognition.scan_cylinders import (
     BEYOND_RUN_MM,
     END_PM_MM,
     UNIFORM_SIGMA,
     End,
     RoughCylinder,
 )
-from autobalance.crank.recognition.rough_planes import RoughPlane
+from autobalance.crank.recognition.scan_planes import RoughPlane
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.types import Array
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.crank.scan import NoiseKernel
+from autobalance.crank.datums import NoiseKernel
 from autobalance.types import Array, Indices
 
 OUTLIER = 3.5

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from autobalance.solid.mesh.components import components
+from autobalance.solid.mesh.mesh import components
 from autobalance.types import Array, Indices
 
 SUNK_RADII, SUNK_MM = 0.03, 0.3

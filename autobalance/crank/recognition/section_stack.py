@@ -9,8 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from autobalance.crank.recognition.circles import Circle, distances, following, hole_circles, whole_circle
-from autobalance.solid.mesh.mesh import Mesh, least_and_greatest, rows_where
-from autobalance.solid.mesh.tetrahedra import CHUNK
+from autobalance.solid.mesh.mesh import CHUNK, Mesh, least_and_greatest, rows_where
 from autobalance.solid.slicing.slices import Spans, cross_sections
 from autobalance.types import Array, Indices
 

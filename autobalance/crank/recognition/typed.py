@@ -23,8 +23,8 @@ from autobalance.crank.anatomy import (
     Typed,
 )
 from autobalance.crank.recognition.circles import distances, fit_circle
-from autobalance.crank.recognition.covered import UPRIGHT
 from autobalance.crank.recognition.cylinder_runs import ON_CYLINDER, CylinderRun, densest
+from autobalance.crank.recognition.doubts import UPRIGHT
 from autobalance.crank.recognition.layout import JournalLayout
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.errors import RecognitionError

@@ -1,9 +1,9 @@
-"""The cycle of a crank that bends: main loads, journal orbits and web moments on springs."""
+"""The cycle of a crank that bends and twists: main loads, journal orbits and web moments."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -12,23 +12,35 @@ from autobalance.balancing.engine_from_job import beside_the_rods, mains_z_mm
 from autobalance.balancing.measured import Crank
 from autobalance.crank.anatomy import Anatomy, Pin
 from autobalance.crank.sections import SHOULDER_MARGIN_RATIO, away_from_crankpin
-from autobalance.crank_dynamics.flexible.crank_in_films import JournalFilms, journal_paths, taken_n
-from autobalance.crank_dynamics.flexible.crank_on_springs import CrankOnSprings, Stretch
-from autobalance.crank_dynamics.rotor.crank_bending import throw_bending
-from autobalance.crank_dynamics.rotor.from_crank import E_GPA, MPA_PER_GPA, NU
-from autobalance.crank_dynamics.torsion.crank_torsion import ThrowShape
-from autobalance.crank_dynamics.torsion.from_job import throw_shapes, webs_beside
+from autobalance.crank_dynamics.flexible.crank_in_films import (
+    CrankOnSprings,
+    JournalFilms,
+    Stretch,
+    journal_paths,
+    taken_n,
+)
+from autobalance.crank_dynamics.rotor.from_crank import E_GPA, MPA_PER_GPA, NU, throw_bending
+from autobalance.crank_dynamics.torsion.chain import ThrowShape
+from autobalance.crank_dynamics.torsion.from_job import crank_chain, throw_shapes, webs_beside
+from autobalance.crank_dynamics.torsion.input import crank_torsion
+from autobalance.crank_dynamics.torsion.model import CrankTorsion
+from autobalance.crank_dynamics.torsion.train import train_response
+from autobalance.crank_dynamics.torsion.trains import named_train
 from autobalance.engines.bearings.orbit import short_film_unit_n
-from autobalance.engines.cycle.analysis import CycleAnalysis
+from autobalance.engines.cycle.analysis import CycleAnalysis, torque_orders
 from autobalance.engines.cycle.films import FILM_ANGLE_STRIDE, main_bearings
 from autobalance.engines.cycle.firing_engine import as_complex
 from autobalance.engines.cycle.model import Film
+from autobalance.engines.cycle.torques import torques_on_throws
 from autobalance.job import Job
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array, Complex
 from autobalance.units import M_PER_MM, N_M_PER_N_MM, N_PER_G_MM_S2
+
+# The cycle of a crank that bends: main loads, journal orbits and web moments on springs.
+
 
 SAME_MM = 1e-6
 JOURNAL_SIDES = 64
@@ -261,3 +273,53 @@ def _stretches(
             round_bar = math.pi / 64.0 * (shape.journal_mm**4 - shape.journal_bore_mm**4) * youngs
             stretches.append(Stretch(length, stiffer * round_bar, stiffer * round_bar))
     return stretches
+
+
+# Twist of a crank over its cycle: the chain of `torsion` under the torques of the cycle's throws.
+
+
+@dataclass(frozen=True, eq=False)
+class ShaftTwist:
+    """Twist (n,) [rad] and torque (n,) [N·m] between two stations next to each other, at even angles."""
+
+    first: str
+    second: str
+    twist_rad: Array
+    torque_n_m: Array
+
+
+def shaft_twists(
+    cycle: CycleAnalysis, job: Job, crank: Crank, stiffer: float = 1.0
+) -> tuple[ShaftTwist, ...] | None:
+    """Return the twist of the crank from its first main to its last; None if gears or branches are attached.
+
+    Orders up to the 12th swing by the chain's inertias; the mean torque goes out behind the last throw.
+    ``stiffer``: times which the springs are as stiff as they are.
+    """
+    torsion = job.table(CrankTorsion) or crank_torsion(job.raw)
+    question = torsion.question
+    if not question.parts.plain:
+        return None
+    bare = crank_chain(job, crank, torsion)
+    chain = replace(bare.chain, springs_n_m_rad=stiffer * bare.chain.springs_n_m_rad)
+    train = named_train(chain, bare.names, bare.diameters_m, question.parts).train
+    radii = [throw.crank_radius_mm for throw in crank.anatomy.throws]
+    torques = torques_on_throws(cycle.firing, cycle.loads.crankpin_n, radii)
+    orders = torque_orders(cycle.firing.strokes)
+    at = np.zeros((len(orders), len(bare.names)), dtype=np.complex128)
+    mean = np.zeros(len(bare.names))
+    for station, torque in zip(bare.throw_stations, torques, strict=True):
+        at[:, station] = cycle.grid.harmonics(torque, orders)
+        mean[station] = float(cycle.grid.mean(torque))
+    angles = train_response(
+        train, orders * cycle.speed_rad_s, at, question.ratio_of_modes(train.damped)
+    ).angles_rad
+    turned = np.exp(1j * np.outer(orders, cycle.grid.even_rad))
+    twists = []
+    low, high = max(bare.throw_stations[0] - 1, 0), bare.throw_stations[-1] + 1
+    for link in range(low, min(high, len(bare.names) - 1)):
+        spring = float(chain.springs_n_m_rad[link])
+        swing = ((angles[:, link] - angles[:, link + 1])[:, None] * turned).real.sum(axis=0)
+        twist = swing + float(mean[: link + 1].sum()) / spring
+        twists.append(ShaftTwist(bare.names[link], bare.names[link + 1], twist, spring * twist))
+    return tuple(twists)

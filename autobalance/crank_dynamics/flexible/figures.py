@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 import numpy as np
 
 from autobalance.declare import ABSENT, INLINE, Absent, NotNegative, Ordinal, Pair, Positive, record
-from autobalance.engines.bearings.unit_film import CONTACT_ECCENTRICITY_RATIO
+from autobalance.engines.bearings.film import CONTACT_ECCENTRICITY_RATIO
 from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.engines.cycle.load_figures import LoadPeak
 from autobalance.types import Complex
 
 if TYPE_CHECKING:  # half a second of a cycle whose crank does not bend: scipy.integrate
-    from autobalance.crank_dynamics.flexible.cycle import FlexibleCycle
-    from autobalance.crank_dynamics.flexible.twist import ShaftTwist
+    from autobalance.crank_dynamics.flexible.cycle import FlexibleCycle, ShaftTwist
 
 UM_PER_MM = 1e3
 MRAD_PER_RAD = 1e3

@@ -8,18 +8,17 @@ from typing import NamedTuple
 import numpy as np
 
 from autobalance.balancing.measured import Crank
-from autobalance.crank_dynamics.flexible.cycle import FlexibleCycle, flexible_cycle
+from autobalance.crank_dynamics.flexible.cycle import FlexibleCycle, ShaftTwist, flexible_cycle, shaft_twists
 from autobalance.crank_dynamics.flexible.figures import Flexible, FlexibleMain, FlexibleWeb
-from autobalance.crank_dynamics.flexible.twist import ShaftTwist, shaft_twists
 from autobalance.declare import ABSENT
 from autobalance.engines.bearings.main_springs import MainSprings, stiffnesses_n_mm
 from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.engines.cycle.model import Cycle, Film
 from autobalance.engines.cycle.sections import CycleSection
-from autobalance.engines.cycle.text import degrees_of, micrometres
+from autobalance.engines.cycle.show import degrees_of, micrometres
 from autobalance.errors import JobError
 from autobalance.job import Job
-from autobalance.report.plot_files import Plot
+from autobalance.report.plots import Plot
 from autobalance.report.tables import table
 from autobalance.units import RAD_S_PER_RPM
 

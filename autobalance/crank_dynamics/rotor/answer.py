@@ -5,17 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from autobalance.crank_dynamics.rotor.balancing_procedures import BalancingAdvice
-from autobalance.crank_dynamics.rotor.critical_speeds import Criticals
+from autobalance.crank_dynamics.rotor.balancing import AddedUnbalance, BalancingAdvice
+from autobalance.crank_dynamics.rotor.critical_speeds import Criticals, RotorMass, StiffnessRow
 from autobalance.crank_dynamics.rotor.from_crank import EquivalentShaft
-from autobalance.crank_dynamics.rotor.modal_balancing import AddedUnbalance
-from autobalance.crank_dynamics.rotor.preparation import RotorMass
-from autobalance.crank_dynamics.rotor.run_up import RunUpMotion
-from autobalance.crank_dynamics.rotor.stiffness_map import StiffnessRow
-from autobalance.crank_dynamics.rotor.unbalance_response import Response, Static
+from autobalance.crank_dynamics.rotor.unbalance_response import Response, RunUpMotion, Static
 from autobalance.crank_dynamics.rotor.whirl_modes import CampbellRow, ShapedMode
 from autobalance.declare import ABSENT, INLINE, Absent, record
-from autobalance.report.records.head import Head
+from autobalance.report.records.answers import Head
 
 
 @record

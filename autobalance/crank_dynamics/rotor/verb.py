@@ -11,17 +11,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from autobalance.crank_dynamics.rotor.answer import RotorReport
-from autobalance.crank_dynamics.rotor.balancing_procedures import advice
-from autobalance.crank_dynamics.rotor.critical_speeds import Criticals, critical_speeds
+from autobalance.crank_dynamics.rotor.balancing import AddedUnbalance, advice, modal_correction
+from autobalance.crank_dynamics.rotor.critical_speeds import (
+    Criticals,
+    PreparedRotor,
+    StiffnessRow,
+    critical_speeds,
+    prepared,
+    undamped_map,
+)
 from autobalance.crank_dynamics.rotor.input import RotorRequest, read_rotor
-from autobalance.crank_dynamics.rotor.modal_balancing import AddedUnbalance, modal_correction
-from autobalance.crank_dynamics.rotor.preparation import PreparedRotor, prepared
-from autobalance.crank_dynamics.rotor.run_up import RunUpMotion, run_up
-from autobalance.crank_dynamics.rotor.stiffness_map import StiffnessRow, undamped_map
-from autobalance.crank_dynamics.rotor.unbalance_response import sag, unbalance_response
+from autobalance.crank_dynamics.rotor.unbalance_response import RunUpMotion, run_up, sag, unbalance_response
 from autobalance.crank_dynamics.rotor.whirl_modes import campbell, modes_at, refined
 from autobalance.errors import JobError, UsageError
-from autobalance.report.plot_files import Plots
+from autobalance.report.plots import Plots
 from autobalance.solid.formats.table import endings
 from autobalance.units import STEEL_KG_M3
 from autobalance.verbs.crank import Crank, read_crank
@@ -44,13 +47,13 @@ class RotorResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the result as lines for people."""
-        from autobalance.crank_dynamics.rotor.text import rotor_text
+        from autobalance.crank_dynamics.rotor.show import rotor_text
 
         return rotor_text(self.content)
 
     def plots(self) -> Plots:
         """Return Campbell diagram, shapes, response and, where they were requested, map and run-up."""
-        from autobalance.crank_dynamics.rotor.plots import rotor_plots
+        from autobalance.crank_dynamics.rotor.show import rotor_plots
 
         return Plots(rotor_plots(self.content))
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import cmath
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal
@@ -11,11 +13,26 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from autobalance.crank_dynamics.rotor.matrices import RotorMatrices
-from autobalance.crank_dynamics.rotor.phasors import phase_rad, place_m
-from autobalance.crank_dynamics.rotor.reduction import ReducedRotor
-from autobalance.declare import HERTZ, INLINE, Degrees, Mm, NotNegative, Rpm, record
+from autobalance.crank_dynamics.rotor.matrices import ReducedRotor, RotorMatrices
+from autobalance.declare import HERTZ, INLINE, MM, Degrees, Mm, NotNegative, Rpm, record
 from autobalance.types import Array, Complex
+
+# Places and phases as reports list them.
+
+
+def place_m(z_m: float) -> float:
+    """Return a place in whole picometres, without the last digits that sums of lengths left."""
+    return MM.read(round(MM.written(float(z_m)), 9))
+
+
+def phase_rad(value: complex) -> float:
+    """Return φ of A exp(iφ) in (−π, π]; 0 of nothing."""
+    phase = cmath.phase(value) if value else 0.0
+    return math.pi if phase <= -math.pi else phase
+
+
+# Damped modes of a spinning rotor: frequency, decrement, whirl and shape at one speed.
+
 
 Whirl = Literal["forward", "backward", "mixed"] | None
 

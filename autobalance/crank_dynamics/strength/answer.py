@@ -10,7 +10,7 @@ from autobalance.crank_dynamics.strength.oil_bores import FilletState, OilBoreRo
 from autobalance.crank_dynamics.strength.throw_stress import ThrowFillets
 from autobalance.crank_dynamics.torsion.vibration_torques import TorsionalVibration
 from autobalance.declare import ABSENT, OMITTED, Absent, Positive, record
-from autobalance.report.records.head import Head, JobEcho
+from autobalance.report.records.answers import Head, JobEcho
 
 
 @record

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Literal, Self
 
 from autobalance.balancing.measured import Crank
-from autobalance.crank_dynamics.strength.fatigue import Fatigue, FatigueMetal
-from autobalance.crank_dynamics.strength.fillet_factors import (
+from autobalance.crank_dynamics.strength.fatigue import (
+    Fatigue,
+    FatigueMetal,
     FilletFactors,
     FilletShape,
     fatigue_strength_MPa,

@@ -8,7 +8,7 @@ from typing import Literal
 from autobalance.crank_dynamics.strength.model import FilletFactorPair, OilBore, Strength
 from autobalance.declare import NOT_NEGATIVE, POSITIVE, Key, Range, Values
 from autobalance.errors import JobError
-from autobalance.job.addon_tables import AddonTables, TablesRead
+from autobalance.job.tables import AddonTables, TablesRead
 
 AT_LEAST_ONE = Range("must be ≥ 1", least=1.0)
 MATERIAL = (

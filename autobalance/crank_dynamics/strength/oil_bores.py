@@ -10,11 +10,12 @@ from typing import Self
 import numpy as np
 
 from autobalance.balancing.measured import Crank
-from autobalance.crank_dynamics.strength.fatigue import LEAST_ACCEPTABILITY, oil_bore_equivalent_MPa
-from autobalance.crank_dynamics.strength.fillet_factors import (
+from autobalance.crank_dynamics.strength.fatigue import (
+    LEAST_ACCEPTABILITY,
     MAX_OIL_BORE_RATIO,
     FilletFactors,
     fatigue_strength_MPa,
+    oil_bore_equivalent_MPa,
     oil_bore_factors,
     polar_modulus_mm3,
 )

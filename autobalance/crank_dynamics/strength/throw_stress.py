@@ -8,20 +8,18 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from autobalance.balancing.crankpins import with_crankpins
+from autobalance.balancing.engine_from_job import with_crankpins
 from autobalance.balancing.measured import Crank
 from autobalance.crank.anatomy import Pin, Throw
-from autobalance.crank_dynamics.strength.fillet_factors import FilletShape, polar_modulus_mm3
+from autobalance.crank_dynamics.strength.fatigue import FilletShape, polar_modulus_mm3
 from autobalance.crank_dynamics.strength.fillets_from_job import N_MM_PER_N_M, Costs, Place, Side
 from autobalance.crank_dynamics.strength.model import Strength
 from autobalance.crank_dynamics.torsion.throw_twist import throw_ends_mm
 from autobalance.declare import NotNegative, Ordinal, Positive, record
 from autobalance.errors import JobError
 from autobalance.finite_elements.elasticity import STEEL
-from autobalance.finite_elements.fillet_rings import FilletRing
-from autobalance.finite_elements.mesher import default_size_mm, need_libraries
-from autobalance.finite_elements.solid_meshes import Deadline, bodies_of_solid
-from autobalance.finite_elements.throw_load import ThrowLoads, throw_loads
+from autobalance.finite_elements.mesher import FilletRing, default_size_mm, need_libraries
+from autobalance.finite_elements.throws import Deadline, ThrowLoads, bodies_of_solid, throw_loads
 from autobalance.runtime import Progress, no_progress
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array

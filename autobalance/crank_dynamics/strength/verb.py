@@ -12,10 +12,10 @@ from autobalance.crank_dynamics.strength.model import Strength
 from autobalance.crank_dynamics.torsion.model import CrankTorsion
 from autobalance.errors import SolidError, UsageError
 from autobalance.job import Job, JobSource
-from autobalance.report.plot_files import Plots
+from autobalance.report.plots import Plots
 from autobalance.runtime import Progress, no_progress
 from autobalance.units import RAD_S_PER_RPM
-from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.declaration import documented
 from autobalance.verbs.engine_case import job_set, request
 from autobalance.verbs.options import positive
 from autobalance.verbs.progress import telling
@@ -53,13 +53,13 @@ class StrengthResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the fillets as lines for people; always metric."""
-        from autobalance.crank_dynamics.strength.text import strength_text
+        from autobalance.crank_dynamics.strength.show import strength_text
 
         return strength_text(self.content)
 
     def plots(self) -> Plots:
         """Return the stress of the least safe fillet over the cycle, and the safety of all."""
-        from autobalance.crank_dynamics.strength.plots import strength_plots
+        from autobalance.crank_dynamics.strength.show import strength_plots
 
         return Plots(strength_plots(self.analysis, self.fillets, self.content.sweep or ()))
 
@@ -190,7 +190,7 @@ def _strength_case(
     progress: Progress | None,
 ) -> _StrengthCase:
     from autobalance.crank_dynamics.strength.fillets_from_job import checked_strength
-    from autobalance.engines.cycle.firing_from_job import check_cycle
+    from autobalance.engines.cycle.firing import check_cycle
 
     if isinstance(source, str | Path) and Path(source).suffix.lower() == ".json":
         if settings or crank is not None:
@@ -207,7 +207,7 @@ def _of_report(path: Path, speed_rpm: float | None, progress: Progress | None) -
     """Return the job of a report with its crank before and after the cuts."""
     from autobalance.balancing.measured import Crank as MeasuredCrank
     from autobalance.crank_dynamics.strength.fillets_from_job import checked_strength
-    from autobalance.engines.cycle.firing_from_job import check_cycle
+    from autobalance.engines.cycle.firing import check_cycle
     from autobalance.verification import solids
     from autobalance.verification.claims import Claims
     from autobalance.verification.earlier_stage import earlier_stage
@@ -286,7 +286,7 @@ def _looked_at(request: _StrengthCase, fillets: Sequence[FilletCycle]) -> int:
 def _cycle(request: _StrengthCase, crank: MeasuredCrank) -> CycleAnalysis:
     from autobalance.balancing.engine_from_job import as_measured
     from autobalance.engines.cycle.analysis import CycleAnalysis
-    from autobalance.engines.cycle.firing_from_job import firing_engine
+    from autobalance.engines.cycle.firing import firing_engine
 
     speed = request.speed_rpm * RAD_S_PER_RPM
     firing = firing_engine(request.job, crank.anatomy, speed, lambda: as_measured(request.job, crank))

@@ -15,8 +15,7 @@ from autobalance.crank_dynamics.torsion.from_job import webs_beside
 from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.engines.cycle.firing_engine import as_complex
 from autobalance.job import Job
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_N_MM, N_PER_G_MM_S2

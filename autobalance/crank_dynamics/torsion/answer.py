@@ -13,11 +13,10 @@ from autobalance.crank_dynamics.torsion.figures import (
     TorsionModeFigures,
     TrainFigures,
 )
-from autobalance.crank_dynamics.torsion.peaks import OrderPeak
 from autobalance.crank_dynamics.torsion.run_up import RunUpFigures
-from autobalance.crank_dynamics.torsion.strains import CriticalOrder, OrderResponse
+from autobalance.crank_dynamics.torsion.strains import CriticalOrder, OrderPeak, OrderResponse
 from autobalance.declare import ABSENT, OMITTED, Absent, Hertz, record
-from autobalance.report.records.head import Head
+from autobalance.report.records.answers import Head
 
 
 @record

@@ -10,9 +10,15 @@ from typing import Any
 import numpy as np
 
 from autobalance.crank_dynamics.torsion.chain import TorsionChain
-from autobalance.crank_dynamics.torsion.input import DAMPING_RATIO, KG_M2_PER_KG_MM2, SHARED, question_of
+from autobalance.crank_dynamics.torsion.input import (
+    DAMPING_RATIO,
+    INERTIA,
+    KG_M2_PER_KG_MM2,
+    SHARED,
+    SPRING,
+    question_of,
+)
 from autobalance.crank_dynamics.torsion.model import TorsionQuestion
-from autobalance.crank_dynamics.torsion.train_input import INERTIA, SPRING
 from autobalance.declare import FILLED, Key, Values
 from autobalance.errors import JobError
 from autobalance.toml_files.keys import read_document

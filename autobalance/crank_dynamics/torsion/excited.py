@@ -1,4 +1,7 @@
-"""A train of inertias with what excites it: torques at stations by order and speed, and their response."""
+"""A train of inertias with what excites it: torques at stations by order and speed.
+
+And their response.
+"""
 
 from __future__ import annotations
 
@@ -16,11 +19,14 @@ from autobalance.crank_dynamics.torsion.chain import (
     torsion_modes,
     torsion_response,
 )
+from autobalance.crank_dynamics.torsion.from_job import CrankChain
 from autobalance.crank_dynamics.torsion.model import TorsionQuestion
 from autobalance.crank_dynamics.torsion.train import train_modes, train_response
-from autobalance.crank_dynamics.torsion.trains import NamedTrain
+from autobalance.crank_dynamics.torsion.trains import NamedTrain, named_train
 from autobalance.engines.cycle.torques import ThrowTorques
 from autobalance.types import Array, Complex
+
+# A train of inertias with what excites it: torques at stations by order and speed, and their response.
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,3 +110,34 @@ class ExcitedTrain:
             return None
         at = np.array([self.throw_stations[throw] for throw in self.torques.cylinder_throws])
         return float(abs(np.sum(np.exp(1j * order * self.torques.firing_rad) * shape[at])))
+
+
+# A job's crank as a train with what excites it: the torques of its cycle, and those that the job gives.
+
+
+USUAL_ORDERS = tuple(0.5 * n for n in range(1, 25))
+"""Orders whose critical speeds are listed if the excitation of a crank is unknown."""
+
+
+def excited_crank(
+    of_crank: CrankChain,
+    question: TorsionQuestion,
+    torques: ThrowTorques | None,
+    chain: TorsionChain | None = None,
+) -> ExcitedTrain:
+    """Return a crank's chain, or another in its place, as the train that the job makes of it."""
+    chain = of_crank.chain if chain is None else chain
+    behind = None if torques is None else (of_crank.throw_stations[-1], torques.mean_n_m)
+    named = named_train(chain, of_crank.names, of_crank.diameters_m, question.parts, behind)
+    orders = {each.order for each in question.excitations}
+    orders |= set(USUAL_ORDERS) if torques is None else {float(each) for each in torques.orders}
+    plain = chain if question.parts.plain else None
+    return ExcitedTrain(
+        named,
+        plain,
+        question,
+        tuple(sorted(orders)),
+        torques,
+        of_crank.throw_stations,
+        of_crank.crank_links,
+    )

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 
-from autobalance.crank_dynamics.torsion.chain import HolzerRow, TorsionMode
-from autobalance.crank_dynamics.torsion.crank_torsion import ThrowShape
+from autobalance.crank_dynamics.torsion.chain import HolzerRow, ThrowShape, TorsionMode
 from autobalance.crank_dynamics.torsion.excited import ExcitedTrain
 from autobalance.crank_dynamics.torsion.from_job import CrankChain
 from autobalance.crank_dynamics.torsion.model import Formula, PendulumAbsorber

@@ -8,14 +8,14 @@ from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
-from autobalance.balancing.linked_rods import articulated
+from autobalance.balancing.engine_from_job import articulated
 from autobalance.balancing.measured import Crank
 from autobalance.balancing.rotor_from_job import total_g
 from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw, Web
 from autobalance.crank.sections import Section, sections
-from autobalance.crank_dynamics.torsion.chain import TorsionChain
-from autobalance.crank_dynamics.torsion.crank_torsion import (
+from autobalance.crank_dynamics.torsion.chain import (
     ThrowShape,
+    TorsionChain,
     springs_between,
     throw_stiffness_n_m_rad,
 )

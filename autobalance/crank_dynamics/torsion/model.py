@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from autobalance.crank_dynamics.torsion.train_model import TrainParts
+from autobalance.crank_dynamics.torsion.trains import TrainParts
 from autobalance.types import Array
 
 Formula = Literal["ker_wilson", "carter"]

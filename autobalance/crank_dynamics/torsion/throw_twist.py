@@ -10,17 +10,16 @@ from itertools import groupby
 
 import numpy as np
 
-from autobalance.balancing.crankpins import with_crankpins
+from autobalance.balancing.engine_from_job import with_crankpins
 from autobalance.balancing.measured import Crank
 from autobalance.crank.anatomy import Anatomy, Throw
-from autobalance.crank_dynamics.torsion.crank_torsion import ThrowShape
+from autobalance.crank_dynamics.torsion.chain import ThrowShape
 from autobalance.crank_dynamics.torsion.from_job import throw_shapes
 from autobalance.errors import SolidError
 from autobalance.finite_elements.analysis import COARSENING
 from autobalance.finite_elements.elasticity import Material
 from autobalance.finite_elements.mesher import default_size_mm, need_libraries
-from autobalance.finite_elements.solid_meshes import Deadline, bodies_of_solid
-from autobalance.finite_elements.twist import TwistStiffness, twist_stiffness
+from autobalance.finite_elements.throws import Deadline, TwistStiffness, bodies_of_solid, twist_stiffness
 from autobalance.runtime import Progress, no_progress
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array

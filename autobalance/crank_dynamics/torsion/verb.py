@@ -12,8 +12,7 @@ from autobalance.crank_dynamics.torsion.answer import TorsionReport
 from autobalance.crank_dynamics.torsion.chain import TorsionChain
 from autobalance.crank_dynamics.torsion.chain_input import ChainFile, read_chain
 from autobalance.crank_dynamics.torsion.dampers import FittedDamper, damper_figures, with_dampers
-from autobalance.crank_dynamics.torsion.excited import ExcitedTrain
-from autobalance.crank_dynamics.torsion.excited_crank import excited_crank
+from autobalance.crank_dynamics.torsion.excited import ExcitedTrain, excited_crank
 from autobalance.crank_dynamics.torsion.figures import (
     AbsorberSize,
     Damping,
@@ -24,20 +23,19 @@ from autobalance.crank_dynamics.torsion.figures import (
 from autobalance.crank_dynamics.torsion.from_job import CrankChain, crank_chain
 from autobalance.crank_dynamics.torsion.input import check_station, crank_torsion
 from autobalance.crank_dynamics.torsion.model import CrankTorsion, RunUp, TorsionQuestion
-from autobalance.crank_dynamics.torsion.peaks import order_peaks
 from autobalance.crank_dynamics.torsion.run_up import LinkFriction, RunUpFigures, run_up_figures
-from autobalance.crank_dynamics.torsion.strains import critical_orders, order_responses
+from autobalance.crank_dynamics.torsion.strains import critical_orders, order_peaks, order_responses
 from autobalance.crank_dynamics.torsion.trains import named_train
 from autobalance.declare import ABSENT, HERTZ
 from autobalance.engines.cycle.model import Cycle
 from autobalance.errors import JobError, UsageError
 from autobalance.job import Job
 from autobalance.job.read import tables_of
-from autobalance.report.plot_files import Plots
+from autobalance.report.plots import Plots
 from autobalance.runtime import Progress, no_progress
 from autobalance.toml_files.keys import named_in
 from autobalance.toml_files.settings import with_settings
-from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.declaration import documented
 from autobalance.verbs.engine_case import job_set, request
 from autobalance.verbs.result import Values, VerbResult
 
@@ -65,13 +63,13 @@ class TorsionResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the result as lines for people; always metric."""
-        from autobalance.crank_dynamics.torsion.text import torsion_text
+        from autobalance.crank_dynamics.torsion.show import torsion_text
 
         return torsion_text(self.content)
 
     def plots(self) -> Plots:
         """Return mode shapes and the response over the speed."""
-        from autobalance.crank_dynamics.torsion.plots import torsion_plots
+        from autobalance.crank_dynamics.torsion.show import torsion_plots
 
         return Plots(torsion_plots(self.content))
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from autobalance.balancing.measured import Crank
 from autobalance.crank_dynamics.torsion.dampers import with_dampers
-from autobalance.crank_dynamics.torsion.excited_crank import excited_crank
+from autobalance.crank_dynamics.torsion.excited import excited_crank
 from autobalance.crank_dynamics.torsion.from_job import crank_chain
 from autobalance.crank_dynamics.torsion.model import CrankTorsion
 from autobalance.declare import NotNegative, record

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from autobalance.engines.bearings import dry, loads, rolling, squeeze_film
+from autobalance.engines.bearings import dry, fed_film, loads, rolling
 from autobalance.engines.bearings.answer import (
     BearingFriction,
     BearingRow,
@@ -28,19 +28,20 @@ from autobalance.engines.bearings.cases import (
     PlainCase,
     PlatesCase,
     RollingCase,
+    outlet_rise_K,
+    running_temperature_C,
 )
 from autobalance.engines.bearings.film import (
+    CONTACT_ECCENTRICITY_RATIO,
     Film,
+    FilmModel,
     film_at_eccentricity,
     film_at_load,
     friction_moment_N_m,
     petroff_moment_N_m,
 )
-from autobalance.engines.bearings.heat_balance import outlet_rise_K, running_temperature_C
 from autobalance.engines.bearings.orbit import Orbits, film_orbits
-from autobalance.engines.bearings.reynolds import reynolds
-from autobalance.engines.bearings.short_bearing import ocvirk
-from autobalance.engines.bearings.unit_film import CONTACT_ECCENTRICITY_RATIO, FilmModel
+from autobalance.engines.bearings.reynolds import ocvirk, reynolds
 
 if TYPE_CHECKING:
     from autobalance.engines.bearings.fed_film import FedFilm
@@ -194,9 +195,9 @@ def _rolling(case: RollingCase, speed_rad_s: float) -> State:
 def _plates(case: PlatesCase, speed_rad_s: float) -> State:
     shape = case.lubricant.needed_Pa_s, case.length_m, case.width_m, case.film_m
     plates = Plates(
-        stiffness_N_m=squeeze_film.stiffness_N_m(case.load_N, case.film_m),
-        damping_source_N_s_m=squeeze_film.uniform_pressure_damping_N_s_m(*shape),
-        damping_N_s_m=squeeze_film.damping_N_s_m(*shape),
+        stiffness_N_m=fed_film.stiffness_N_m(case.load_N, case.film_m),
+        damping_source_N_s_m=fed_film.uniform_pressure_damping_N_s_m(*shape),
+        damping_N_s_m=fed_film.damping_N_s_m(*shape),
     )
     return State(speed_rad_s, BearingFriction(), _oil(case.lubricant), plates=plates)
 

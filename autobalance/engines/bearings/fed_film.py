@@ -1,14 +1,6 @@
-"""Oil film of a journal bearing with recesses, grooves or holes under pressure: hydrostatic and hybrid.
+"""Oil film of a journal bearing with recesses, grooves or holes under pressure.
 
-A journal at **e** from the bush's centre leaves the gap h = c − e_x cos θ − e_y sin θ, with θ from the
-load's direction (x) in the sense of turning. On finite volumes of the developed bush, whose lines run along
-the edges of all feeds,
-
-    Σ_neighbours G (p − p′) = −½ Ω R Δz [h] − ∂h/∂t R Δθ Δz,   G = h³/(12 η) × breadth/distance,
-
-and a feed is one cell of one pressure whose outflow is what its restrictor lets in. ``wedge`` off leaves out
-the term of Ω (a hydrostatic bearing). Means of cos θ and sin θ over each cell make the moment of the pressure
-on the journal exactly ½ **e** × **F**, and the balance of power an identity of the discrete equations.
+And a film that is squeezed alone.
 """
 
 from __future__ import annotations
@@ -23,11 +15,31 @@ from scipy.sparse import csc_array, diags_array
 from scipy.sparse.linalg import splu
 
 from autobalance.engines.bearings.fed_mesh import Conductances, Mesh, conductances
-from autobalance.engines.bearings.film import JournalBearing, turning
-from autobalance.engines.bearings.oil_feeds import Capillary, Feed, Orifice
-from autobalance.engines.bearings.stability import NO_THRESHOLD, WhirlThreshold, whirl_threshold
-from autobalance.engines.bearings.unit_film import CONTACT_ECCENTRICITY_RATIO, Boundary
+from autobalance.engines.bearings.film import (
+    CONTACT_ECCENTRICITY_RATIO,
+    NO_THRESHOLD,
+    Boundary,
+    JournalBearing,
+    WhirlThreshold,
+    turning,
+    whirl_threshold,
+)
+from autobalance.engines.bearings.oil import Capillary, Feed, Orifice
 from autobalance.types import Array
+
+# Oil film of a journal bearing with recesses, grooves or holes under pressure: hydrostatic and hybrid.
+#
+# A journal at **e** from the bush's centre leaves the gap h = c − e_x cos θ − e_y sin θ, with θ from the
+# load's direction (x) in the sense of turning. On finite volumes of the developed bush, whose lines run
+# along the edges of all feeds,
+#
+#     Σ_neighbours G (p − p′) = −½ Ω R Δz [h] − ∂h/∂t R Δθ Δz,   G = h³/(12 η) × breadth/distance,
+#
+# and a feed is one cell of one pressure whose outflow is what its restrictor lets in. ``wedge`` off leaves
+# out the term of Ω (a hydrostatic bearing). Means of cos θ and sin θ over each cell make the moment of the
+# pressure on the journal exactly ½ **e** × **F**, and the balance of power an identity of the discrete
+# equations.
+
 
 Flags = npt.NDArray[np.bool_]
 SWEEPS = 200
@@ -381,3 +393,62 @@ def fed_film_at_eccentricity(
         attitude -= max(-0.3, min(0.3, across / slope)) if slope else 0.1
         film = at(attitude, film)
     return film if abs(film.force_N[1]) <= 1e3 * NEAR * abs(film.force_N[0]) and film.load_N > 0.0 else None
+
+
+# Squeeze film between parallel rectangular plates: stiffness and damping.
+
+
+TERMS = np.arange(1.0, 400.0, 2.0)
+"""Odd numbers of the series; what is left out is below 1e-11 of its sum."""
+
+
+def stiffness_N_m(load_N: float, film_m: float) -> float:
+    """Return 3 W/H: the slope of a load that goes as H⁻³.
+
+    References
+    ----------
+    .. [1] Hoem & Røsholm (2016), Eq. 7.4.
+
+    Examples
+    --------
+    >>> stiffness_N_m(500.0, 2e-5)
+    75000000.0
+    """
+    return 3.0 * load_N / film_m
+
+
+def uniform_pressure_damping_N_s_m(
+    viscosity_Pa_s: float, length_m: float, width_m: float, film_m: float
+) -> float:
+    """Return 3 η A²/(H³ (Z/L + L/Z)), the source's damping.
+
+    It takes the pressure as uniform over the whole area A = L Z, which makes it 3 times (a strip) to 3.56
+    times (a square) what Reynolds' equation gives.
+
+    References
+    ----------
+    .. [1] Hoem & Røsholm (2016), Eq. 7.5.
+
+    Examples
+    --------
+    >>> round(uniform_pressure_damping_N_s_m(0.01, 0.02, 0.02, 2e-5))
+    300000
+    """
+    shape = width_m / length_m + length_m / width_m
+    return 3.0 * viscosity_Pa_s * (length_m * width_m) ** 2 / (film_m**3 * shape)
+
+
+def damping_N_s_m(viscosity_Pa_s: float, length_m: float, width_m: float, film_m: float) -> float:
+    """Return the damping of a rectangular plate from Reynolds' equation, by its series.
+
+    η a b³/H³ (1 − 192/π⁵ (b/a) Σ tanh(n π a/(2 b))/n⁵), n odd, a the longer side.
+
+    Examples
+    --------
+    >>> round(damping_N_s_m(0.01, 0.02, 0.02, 2e-5), 3)
+    84346.209
+    """
+    a, b = max(length_m, width_m), min(length_m, width_m)
+    series = float(np.sum(np.tanh(TERMS * np.pi * a / (2.0 * b)) / TERMS**5))
+    share = 1.0 - 192.0 / np.pi**5 * (b / a) * series
+    return float(viscosity_Pa_s * a * b**3 / film_m**3 * share)

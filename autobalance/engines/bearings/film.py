@@ -1,25 +1,215 @@
-"""Plain journal bearing with an oil film: state at a load or an eccentricity, friction, stiffness, damping.
+"""Plain journal bearing with an oil film: state at a load or an eccentricity, friction, stiffness.
 
-Axes of a film: x along the load on the journal, y a quarter turn on in the sense of turning.
+Damping.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from autobalance.engines.bearings.stability import WhirlThreshold, whirl_threshold
-from autobalance.engines.bearings.unit_film import (
-    CONTACT_ECCENTRICITY_RATIO,
-    FilmModel,
-    UnitFilm,
-    film_for_load,
-)
 from autobalance.types import Array
+
+# Threshold of oil whirl of a rigid rotor in a bearing.
+
+
+@dataclass(frozen=True)
+class WhirlThreshold:
+    """Critical mass of a rigid rotor on a bearing, and its whirl speed.
+
+    ``critical_mass_kg`` is the bearing's share of the rotor's mass at the threshold; both numbers are
+    None where the film is stable with any mass.
+    """
+
+    whirl_ratio: float | None
+    """Whirl frequency over the speed."""
+    critical_mass_kg: float | None
+
+
+NO_THRESHOLD = WhirlThreshold(None, None)
+
+
+def whirl_threshold(stiffness_N_m: Array, damping_N_s_m: Array, speed_rad_s: float) -> WhirlThreshold:
+    """Return the threshold of oil whirl of a rigid rotor from a film's coefficients.
+
+    On the threshold m ẍ + C ẋ + K x = 0 has a solution that neither grows nor decays, at the whirl speed ω.
+    Then m ω² = k = (K_xx C_yy + K_yy C_xx − K_xy C_yx − K_yx C_xy)/(C_xx + C_yy) and ω² det C = (K_xx −
+    k)(K_yy − k) − K_xy K_yx.
+
+    Parameters
+    ----------
+    stiffness_N_m, damping_N_s_m : (2, 2) float
+        −∂F_i/∂x_j and −∂F_i/∂ẋ_j.
+    speed_rad_s : float
+        Of the journal [rad/s].
+
+    References
+    ----------
+    .. [1] J. W. Lund, The stability of an elastic rotor in journal bearings with flexible, damped supports,
+       J. Appl. Mech. 32 (1965) 911-920.
+    """
+    (kxx, kxy), (kyx, kyy) = stiffness_N_m.tolist()
+    (cxx, cxy), (cyx, cyy) = damping_N_s_m.tolist()
+    k = (kxx * cyy + kyy * cxx - kxy * cyx - kyx * cxy) / (cxx + cyy)
+    square = ((kxx - k) * (kyy - k) - kxy * kyx) / (cxx * cyy - cxy * cyx)
+    if not (square > 0.0 and k > 0.0):
+        return NO_THRESHOLD
+    return WhirlThreshold(math.sqrt(square) / speed_rad_s, k / square)
+
+
+# The oil film of a plain journal bearing in its own units: the result of every film model.
+#
+# Angles θ run in the sense of turning from the widest gap, where the film is H = h/c = 1 + ε cos θ. The
+# radial direction points from the bush's centre to the journal's (to the narrowest gap), the tangential one
+# a quarter turn on. Force is in units of η Ω R L (R/c)², pressure in η Ω (R/c)², flow in Ω R L c, squeeze
+# speed ε̇ in Ω.
+
+
+Boundary = Literal["half", "reynolds", "full"]
+"""Treatment of negative pressure: cut from the full solution, prevented so that it ends without slope, or
+left."""
+CONTACT_ECCENTRICITY_RATIO = 0.99
+"""Eccentricity ratio above which smooth surfaces and a stiff bush are a fiction: the film is broken."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pressure:
+    """Film pressure (n, m) over angles from the widest gap (n,) and places z/(L/2) (m,), half the length."""
+
+    angle_rad: Array
+    place: Array
+    pressure: Array
+
+
+@dataclass(frozen=True, eq=False)
+class UnitFilm:
+    """Force of the film on the journal at one eccentricity, with its derivatives; dimensionless.
+
+    ``*_slope`` is by the eccentricity ratio, ``*_squeeze`` by its rate over Ω. A turn of the line of centres
+    turns the force; its rate φ̇ acts as the speed Ω − 2 φ̇ does.
+    """
+
+    eccentricity_ratio: float
+    radial: float
+    tangential: float
+    radial_slope: float
+    tangential_slope: float
+    radial_squeeze: float
+    tangential_squeeze: float
+    side_flow: float
+    greatest_pressure: float
+    pressure: Pressure
+
+    @property
+    def load(self) -> float:
+        """Magnitude of the force."""
+        return math.hypot(self.radial, self.tangential)
+
+    @property
+    def load_slope(self) -> float:
+        """Derivative of the load by the eccentricity ratio."""
+        return (self.radial * self.radial_slope + self.tangential * self.tangential_slope) / self.load
+
+    @property
+    def attitude_rad(self) -> float:
+        """Angle from the load to the line of centres, in the sense of turning [rad]."""
+        return math.atan2(self.tangential, -self.radial)
+
+    @property
+    def sommerfeld(self) -> float:
+        """Sommerfeld number (η N L D/W) (R/c)² with N in revolutions a second."""
+        return 1.0 / (math.pi * self.load)
+
+    @property
+    def stiffness(self) -> Array:
+        """−∂F/∂e [[rr, rt], [tr, tt]] about the line of centres, e over c."""
+        ratio = self.eccentricity_ratio
+        return -np.array(
+            [
+                [self.radial_slope, -self.tangential / ratio],
+                [self.tangential_slope, self.radial / ratio],
+            ]
+        )
+
+    @property
+    def damping(self) -> Array:
+        """−∂F/∂ė [[rr, rt], [tr, tt]] about the line of centres, ė over c Ω."""
+        ratio = self.eccentricity_ratio
+        return -np.array(
+            [
+                [self.radial_squeeze, -2.0 * self.radial / ratio],
+                [self.tangential_squeeze, -2.0 * self.tangential / ratio],
+            ]
+        )
+
+
+FilmModel = Callable[[float], UnitFilm]
+"""Function from an eccentricity ratio in (0, 1) to the film."""
+
+TOLERANCE = 1e-11
+"""Step in the logarithm of the load."""
+
+
+def film_for_load(model: FilmModel, load: float, guess: UnitFilm | None = None) -> UnitFilm | None:
+    """Return the film that carries a load; None beyond ``CONTACT_ECCENTRICITY_RATIO``.
+
+    Newton's method on log load over x = log ε/(1 − ε)², in which the load of a short bearing is nearly
+    straight; where a step leaves the bracket it is halved.
+
+    Parameters
+    ----------
+    model : FilmModel
+    load : float
+        Positive, in units of η Ω R L (R/c)².
+    guess : UnitFilm, optional
+        A film of the same model near the answer.
+    """
+    low, high = -30.0, _stretched(CONTACT_ECCENTRICITY_RATIO)
+    film = model(0.5) if guess is None else guess
+    x = _stretched(film.eccentricity_ratio)
+    for _ in range(100):
+        miss = math.log(film.load / load)
+        if abs(miss) < TOLERANCE:
+            return film
+        if miss < 0.0:
+            if film.eccentricity_ratio >= CONTACT_ECCENTRICITY_RATIO:
+                return None
+            low = x
+        else:
+            high = x
+        ratio = film.eccentricity_ratio
+        slope = film.load_slope / film.load / (1.0 / ratio + 2.0 / (1.0 - ratio))
+        step = x - miss / slope
+        if step >= high and high == _stretched(CONTACT_ECCENTRICITY_RATIO):
+            step = high
+        elif not low < step < high:
+            step = 0.5 * (low + high)
+        if abs(step - x) < 1e-14:
+            return film
+        x = step
+        film = model(CONTACT_ECCENTRICITY_RATIO if x == _stretched(CONTACT_ECCENTRICITY_RATIO) else _ratio(x))
+    return film
+
+
+def _stretched(ratio: float) -> float:
+    return math.log(ratio / (1.0 - ratio) ** 2)
+
+
+def _ratio(stretched: float) -> float:
+    """Return the eccentricity ratio of ``_stretched``: the smaller root of q ε² − (2 q + 1) ε + q."""
+    q = math.exp(stretched)
+    return 2.0 * q / (2.0 * q + 1.0 + math.sqrt(4.0 * q + 1.0))
+
+
+# Plain journal bearing with an oil film: state at a load or an eccentricity, friction, stiffness, damping.
+#
+# Axes of a film: x along the load on the journal, y a quarter turn on in the sense of turning.
+
 
 LEAST_RATIO = 1e-6
 """Eccentricity ratio that stands for a centred journal: its attitude and coefficients are limits."""

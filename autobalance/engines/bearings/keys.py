@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Key, Range
 from autobalance.engines.bearings.cases import Solver
-from autobalance.engines.bearings.unit_film import Boundary
+from autobalance.engines.bearings.film import Boundary
 
 Pair = tuple[float, float]
 Turns = Literal["ccw", "cw"]

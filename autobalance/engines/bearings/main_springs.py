@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from autobalance.declare import POSITIVE, Key, Large
 from autobalance.errors import JobError
-from autobalance.job.addon_tables import AddonTables, TablesRead
+from autobalance.job.tables import AddonTables, TablesRead
 
 BEARINGS = Key(
     "bearings",

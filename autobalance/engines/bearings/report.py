@@ -20,7 +20,7 @@ from autobalance.engines.bearings.answer import (
 )
 from autobalance.engines.bearings.input import Kind
 from autobalance.engines.bearings.rolling import FourParts, PalmgrenParts
-from autobalance.report.records.head import Head
+from autobalance.report.records.answers import Head
 
 
 @record

@@ -1,15 +1,8 @@
-"""Reynolds' equation of a plain bearing of any length, on a grid of finite volumes.
-
-Around, the cells are equal in Sommerfeld's angle γ, 1 + ε cos θ = (1 − ε²)/(1 − ε cos γ), which gathers them
-where the film is thin. A few dozen cells resolve a film of 1 % of the clearance. Along, half the length is
-enough, and the cells are equal in s, Z = z/(L/2) = sin(π s/2), which gathers them at the open end. The
-pressure is in units of 6 η Ω (R/c)², with g = dθ/dγ and λ = L/D,
-
-    ∂γ(H³/g ∂γP) + g/λ² H³ ∂²P/∂Z² = ∂γH + 2 g ∂H/∂t/Ω.
-"""
+"""Pressure of an oil film: Reynolds' equation in a finite and in a short bearing."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,8 +11,18 @@ import numpy.typing as npt
 from scipy.sparse import coo_array, csc_array, diags_array, kron
 from scipy.sparse.linalg import SuperLU, splu
 
-from autobalance.engines.bearings.unit_film import Boundary, FilmModel, Pressure, UnitFilm
+from autobalance.engines.bearings.film import Boundary, FilmModel, Pressure, UnitFilm
 from autobalance.types import Array
+
+# Reynolds' equation of a plain bearing of any length, on a grid of finite volumes.
+#
+# Around, the cells are equal in Sommerfeld's angle γ, 1 + ε cos θ = (1 − ε²)/(1 − ε cos γ), which gathers
+# them where the film is thin. A few dozen cells resolve a film of 1 % of the clearance. Along, half the
+# length is enough, and the cells are equal in s, Z = z/(L/2) = sin(π s/2), which gathers them at the open
+# end. The pressure is in units of 6 η Ω (R/c)², with g = dθ/dγ and λ = L/D,
+#
+#     ∂γ(H³/g ∂γP) + g/λ² H³ ∂²P/∂Z² = ∂γH + 2 g ∂H/∂t/Ω.
+
 
 Flags = npt.NDArray[np.bool_]
 PRESSURE_UNIT = 6.0
@@ -284,3 +287,68 @@ def _greatest(grid: _Grid, pressure: Array) -> float:
     before, at, after = middle[top - 1], middle[top], middle[(top + 1) % len(middle)]
     bend = before - 2.0 * at + after
     return float(at - (after - before) ** 2 / (8.0 * bend)) if bend < 0.0 else float(at)
+
+
+# Ocvirk's short bearing: the film's pressure by closed form, parabolic along the bearing.
+#
+# The half film from the widest gap to the narrowest one carries, however the journal moves.
+
+
+POINTS = (121, 21)
+"""Number of points of the pressure that is kept for plots."""
+
+
+def ocvirk(slenderness: float) -> FilmModel:
+    """Return the film of a short bearing as a function of the eccentricity ratio.
+
+    Radial force −4 λ² ε²/(1 − ε²)², tangential λ² π ε/(1 − ε²)^1.5, with λ = L/D. The load's Sommerfeld
+    number is S λ² = (1 − ε²)²/(π ε √(π² (1 − ε²) + 16 ε²)). Its attitude is tan φ = π √(1 − ε²)/(4 ε).
+
+    Parameters
+    ----------
+    slenderness : float
+        Length over diameter, positive.
+
+    References
+    ----------
+    .. [1] F. W. Ocvirk, Short-bearing approximation for full journal bearings, NACA TN 2808 (1952).
+
+    Examples
+    --------
+    >>> film = ocvirk(0.25)(0.4)
+    >>> round(film.sommerfeld * 0.25**2, 5), round(math.degrees(film.attitude_rad), 2)
+    (0.17046, 60.94)
+    """
+
+    def film(ratio: float) -> UnitFilm:
+        short = 4.0 * slenderness**2
+        rest = 1.0 - ratio**2
+        pressure = _pressure(ratio, slenderness)
+        return UnitFilm(
+            ratio,
+            radial=-short * ratio**2 / rest**2,
+            tangential=short * math.pi * ratio / (4.0 * rest**1.5),
+            radial_slope=-short * 2.0 * ratio * (1.0 + ratio**2) / rest**3,
+            tangential_slope=short * math.pi * (1.0 + 2.0 * ratio**2) / (4.0 * rest**2.5),
+            radial_squeeze=-short * math.pi * (1.0 + 2.0 * ratio**2) / (2.0 * rest**2.5),
+            tangential_squeeze=short * 2.0 * ratio / rest**2,
+            side_flow=ratio,
+            greatest_pressure=_greatest_of_short(ratio, slenderness),
+            pressure=pressure,
+        )
+
+    return film
+
+
+def _greatest_of_short(ratio: float, slenderness: float) -> float:
+    """Return the largest pressure, at cos θ = (1 − √(1 + 24 ε²))/(4 ε) in the middle of the length."""
+    cosine = -6.0 * ratio / (1.0 + math.sqrt(1.0 + 24.0 * ratio**2))
+    sine = math.sqrt(1.0 - cosine**2)
+    return 3.0 * slenderness**2 * ratio * sine / (1.0 + ratio * cosine) ** 3
+
+
+def _pressure(ratio: float, slenderness: float) -> Pressure:
+    around, along = POINTS
+    angle, place = np.linspace(0.0, 2.0 * np.pi, around), np.linspace(0.0, 1.0, along)
+    middle = 3.0 * slenderness**2 * ratio * np.sin(angle) / (1.0 + ratio * np.cos(angle)) ** 3
+    return Pressure(angle, place, np.outer(np.maximum(middle, 0.0), 1.0 - place**2))

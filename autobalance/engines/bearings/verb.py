@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.declare import MM
-from autobalance.report.plot_files import Plots
+from autobalance.report.plots import Plots
 from autobalance.verbs.result import VerbResult
 
 if TYPE_CHECKING:
@@ -25,13 +25,13 @@ class BearingResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the result as lines for people; always metric."""
-        from autobalance.engines.bearings.text import bearing_text
+        from autobalance.engines.bearings.show import bearing_text
 
         return bearing_text(self.content)
 
     def plots(self) -> Plots:
         """Return the film's pressure, its orbit and the moment over the speed, as far as there are any."""
-        from autobalance.engines.bearings.plots import bearing_plots
+        from autobalance.engines.bearings.show import bearing_plots
 
         return Plots(bearing_plots(self.analysis))
 

@@ -10,7 +10,7 @@ from autobalance.declare import ABSENT, INLINE, Absent, Positive, Registered, re
 from autobalance.engines.cycle.figures import CycleSummary, PendulumFigures, SweepRow
 from autobalance.engines.cycle.films import FilmTable
 from autobalance.engines.cycle.sections import cycle_section_types
-from autobalance.report.records.head import Head, JobEcho
+from autobalance.report.records.answers import Head, JobEcho
 
 
 @record

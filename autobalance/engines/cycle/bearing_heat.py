@@ -17,15 +17,15 @@ from scipy.optimize import brentq
 
 from autobalance.balancing.measured import Crank
 from autobalance.declare import MM3_S, NewtonMetres, NotNegative, Ordinal, Positive, record
+from autobalance.engines.bearings.fed_states import HOTTEST_C, HeatPath, steady_temperature_C
 from autobalance.engines.bearings.film import JournalBearing, petroff_moment_N_m
-from autobalance.engines.bearings.warming import HOTTEST_C, HeatPath, steady_temperature_C
 from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.engines.cycle.factors import MainLoads
 from autobalance.engines.cycle.films import Bearings, main_bearings, orbits_of
 from autobalance.engines.cycle.model import Cycle, MainHeat, table_of
 from autobalance.engines.cycle.sections import CycleSection
 from autobalance.job import Job
-from autobalance.report.plot_files import Plot
+from autobalance.report.plots import Plot
 from autobalance.report.tables import table
 from autobalance.types import Array, Complex
 from autobalance.units import M_PER_MM, N_M_PER_N_MM, RAD_S_PER_RPM

@@ -18,7 +18,7 @@ from autobalance.declare import NewtonMetres, record
 from autobalance.engines.cycle.analysis import CycleAnalysis, torque_orders
 from autobalance.engines.cycle.sections import CycleSection
 from autobalance.job import Job
-from autobalance.report.plot_files import Plot
+from autobalance.report.plots import Plot
 from autobalance.report.tables import table
 from autobalance.running_gear.roll import momentum_roll_n_m
 from autobalance.running_gear.shafts import BalanceShaft, roll_moment_n_m

@@ -10,10 +10,16 @@ from typing import Literal
 
 import numpy as np
 
-from autobalance.engines.cycle.chamber import Chamber
-from autobalance.engines.cycle.closed_part import AdiabaticPart, Charge, ClosedPart
-from autobalance.engines.cycle.heat_release import Wiebe
-from autobalance.engines.cycle.quadrature import SAME_RAD, Panels, edges_between
+from autobalance.engines.cycle.closed_part import (
+    SAME_RAD,
+    AdiabaticPart,
+    Chamber,
+    Charge,
+    ClosedPart,
+    Panels,
+    Wiebe,
+    edges_between,
+)
 from autobalance.engines.cycle.trace import Trace
 from autobalance.engines.cycle.wall_heat import SolvedPart, Woschni
 from autobalance.running_gear.articulated import LinkCrank

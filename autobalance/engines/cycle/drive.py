@@ -18,8 +18,8 @@ from typing import Literal
 import numpy as np
 
 from autobalance.declare import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Key, Range, Values
+from autobalance.engines.cycle.closed_part import hermite
 from autobalance.engines.cycle.grid import CycleGrid
-from autobalance.engines.cycle.quadrature import hermite
 from autobalance.engines.cycle.speed import periodic_speed
 from autobalance.errors import JobError
 from autobalance.running_gear.loads import lever_shares

@@ -13,7 +13,7 @@ from autobalance.engines.cycle.drive import Drive, Kind, tooth_orders
 from autobalance.engines.cycle.model import table_of
 from autobalance.engines.cycle.sections import CycleSection
 from autobalance.job import Job
-from autobalance.report.plot_files import Plot
+from autobalance.report.plots import Plot
 from autobalance.report.tables import table
 from autobalance.types import Array
 from autobalance.units import N_M_PER_N_MM, RAD_S_PER_RPM

@@ -28,7 +28,7 @@ from autobalance.declare import (
 from autobalance.engines.cycle.factors import KeyFigures
 from autobalance.engines.cycle.load_figures import NumberedLoad, TorqueOrder
 from autobalance.engines.cycle.pendulum import Path
-from autobalance.running_gear.dead_centres import DeadCentres
+from autobalance.running_gear.whole_engine import DeadCentres
 
 if TYPE_CHECKING:
     from autobalance.engines.cycle.cylinder import CylinderCycle

@@ -5,9 +5,9 @@ from __future__ import annotations
 from autobalance.balancing.engine_from_job import with_solid
 from autobalance.crank.anatomy import Anatomy
 from autobalance.engines.cycle.analysis import CycleAnalysis
-from autobalance.engines.cycle.firing_from_job import firing_engine
+from autobalance.engines.cycle.firing import firing_engine
 from autobalance.job import Job
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid
 
 

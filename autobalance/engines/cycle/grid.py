@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.engines.cycle.quadrature import Panels, edges_between
+from autobalance.engines.cycle.closed_part import Panels, edges_between
 from autobalance.types import Array, Complex
 
 STEP_RAD = math.radians(0.5)

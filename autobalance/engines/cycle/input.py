@@ -29,7 +29,7 @@ from autobalance.engines.cycle.piston_friction import PISTON, piston_friction_of
 from autobalance.engines.cycle.weight import GRAVITY, gravity_of
 from autobalance.engines.cycle.windage import AIR_KEYS, Air
 from autobalance.errors import JobError
-from autobalance.job.addon_tables import AddonTables, TablesRead
+from autobalance.job.tables import AddonTables, TablesRead
 from autobalance.toml_files.keys import plain
 from autobalance.units import BAR_PER_MPA, G_MM2_PER_KG_MM2, N_M_PER_N_MM
 

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from autobalance.declare import ANY, NOT_NEGATIVE, POSITIVE, Key, Values
-from autobalance.engines.cycle.chamber import Chamber
+from autobalance.engines.cycle.closed_part import Chamber
 from autobalance.errors import JobError
 from autobalance.running_gear.loads import Loads, lever_shares, loads
 from autobalance.running_gear.whole_engine import Engine

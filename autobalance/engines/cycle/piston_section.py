@@ -12,7 +12,7 @@ from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.engines.cycle.model import table_of
 from autobalance.engines.cycle.sections import CycleSection
 from autobalance.job import Job
-from autobalance.report.plot_files import Plot
+from autobalance.report.plots import Plot
 from autobalance.report.tables import table
 from autobalance.types import Array
 from autobalance.units import BAR_PER_MPA, G_MM2_PER_KG_MM2, N_M_PER_N_MM, RAD_S_PER_RPM

@@ -9,8 +9,8 @@ import numpy as np
 from autobalance.balancing.engine_from_job import as_measured
 from autobalance.balancing.measured import Crank
 from autobalance.engines.cycle.analysis import torque_orders
+from autobalance.engines.cycle.firing import firing_engine
 from autobalance.engines.cycle.firing_engine import FiringEngine
-from autobalance.engines.cycle.firing_from_job import firing_engine
 from autobalance.job import Job
 from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_N_MM

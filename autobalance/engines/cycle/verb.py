@@ -11,10 +11,10 @@ from autobalance import job as jobs
 from autobalance.engines.cycle.model import Cycle
 from autobalance.errors import UsageError
 from autobalance.job import Job, JobSource
-from autobalance.report.plot_files import Plots
+from autobalance.report.plots import Plots
 from autobalance.runtime import Progress
 from autobalance.units import RAD_S_PER_RPM
-from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.declaration import documented
 from autobalance.verbs.engine_case import Request, job_set, request
 from autobalance.verbs.result import Values, VerbResult
 
@@ -48,14 +48,14 @@ class CycleResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the cycle as lines for people; always metric."""
-        from autobalance.engines.cycle.text import cycle_text
+        from autobalance.engines.cycle.show import cycle_text
 
         return cycle_text(self.content)
 
     def plots(self) -> Plots:
         """Return pressure, indicator diagrams, torque, orders, polar loads and speed."""
-        from autobalance.engines.cycle.plots import cycle_plots
         from autobalance.engines.cycle.sections import cycle_section
+        from autobalance.engines.cycle.show import cycle_plots
 
         plots = cycle_plots(self.analysis, self.factors, self.films, self.content.sweep)
         for key, found in self.sections.items():
@@ -120,11 +120,10 @@ def cycle(
     from autobalance.balancing.engine_from_job import as_measured
     from autobalance.engines.cycle.analysis import CycleAnalysis
     from autobalance.engines.cycle.answer import CycleReport
-    from autobalance.engines.cycle.doubts import model_doubts
     from autobalance.engines.cycle.films import film_table
-    from autobalance.engines.cycle.firing_from_job import check_cycle, firing_engine
+    from autobalance.engines.cycle.firing import check_cycle, firing_engine
     from autobalance.engines.cycle.sections import sections_of
-    from autobalance.engines.cycle.summary import cycle_summary, pendulum_figures, sweep_rows
+    from autobalance.engines.cycle.summary import cycle_summary, model_doubts, pendulum_figures, sweep_rows
 
     compared_factors, speeds = checked_factors(factors), _checked_sweep(sweep_rpm)
     read = jobs.as_job(job)

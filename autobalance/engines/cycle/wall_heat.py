@@ -7,10 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.engines.cycle.chamber import Chamber
-from autobalance.engines.cycle.closed_part import Charge, burn_corners_rad, burn_edges_rad
-from autobalance.engines.cycle.heat_release import Wiebe
-from autobalance.engines.cycle.quadrature import edges_between, hermite
+from autobalance.engines.cycle.closed_part import (
+    Chamber,
+    Charge,
+    Wiebe,
+    burn_corners_rad,
+    burn_edges_rad,
+    edges_between,
+    hermite,
+)
 from autobalance.types import Array
 
 WIDEST_RAD = np.radians(0.25)

@@ -14,9 +14,9 @@ from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.engines.cycle.films import films_of_mains_mm
 from autobalance.engines.cycle.model import table_of
 from autobalance.engines.cycle.sections import CycleSection
-from autobalance.engines.cycle.text import micrometres
+from autobalance.engines.cycle.show import micrometres
 from autobalance.job import Job
-from autobalance.report.plot_files import Plot
+from autobalance.report.plots import Plot
 from autobalance.report.tables import table
 from autobalance.units import N_M_PER_N_MM, N_PER_G_MM_S2
 

@@ -14,7 +14,7 @@ from autobalance.engines.cycle.model import table_of
 from autobalance.engines.cycle.sections import CycleSection
 from autobalance.engines.cycle.windage import Gas, Range, WebShape, gases_of
 from autobalance.job import Job
-from autobalance.report.plot_files import Plot
+from autobalance.report.plots import Plot
 from autobalance.report.tables import table
 from autobalance.solid.slicing.slices import cross_sections
 from autobalance.types import Array

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from autobalance.declare import NEWTONS, Count, NotNegative, Positive, record
-from autobalance.report.records.head import JobReport
+from autobalance.report.records.answers import JobReport
 from autobalance.rigid_rotor.tolerance import Outcome
 
 CandidateName = Literal["present", "maker's", "half", "least_peak", "given"]

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 from autobalance.balancing import engine_from_job, rotor_from_job
 from autobalance.balancing.comparison import moved_g
+from autobalance.balancing.engine_from_job import LONG_ROD
 from autobalance.balancing.external import with_external
-from autobalance.balancing.linked_rods import LONG_ROD
 from autobalance.balancing.loop import planned
 from autobalance.balancing.measured import Crank
 from autobalance.balancing.run import rotor_of
@@ -18,7 +18,7 @@ from autobalance.errors import CorrectionError, JobError
 from autobalance.job import Job
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.running_gear.force_summary import inertia_loads, shaking_force
+from autobalance.running_gear.roll import inertia_loads, shaking_force
 from autobalance.running_gear.whole_engine import Engine
 from autobalance.runtime import Notify
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from autobalance.balancing import plausibility, rotor_from_job
+from autobalance.balancing.engine_from_job import with_oil
 from autobalance.balancing.measured_crank import measure_crank, measured_again, work_on_faces
-from autobalance.balancing.oil_from_job import with_oil
-from autobalance.balancing.usual_layout import layout_name
+from autobalance.balancing.plausibility import layout_name
 from autobalance.engines.factor.answer import FactorReport
 from autobalance.engines.factor.candidates import Forces, candidate, factors_of, forces_of, tolerance_of
 from autobalance.errors import JobError, UsageError
@@ -18,8 +18,8 @@ from autobalance.running_gear.parts import ThrowLoad
 from autobalance.runtime import Progress, Stopwatch
 from autobalance.units import RAD_S_PER_RPM
 from autobalance.verbs.balance import with_crank
-from autobalance.verbs.common_parameters import documented
 from autobalance.verbs.crank_job import job_given, pressed_up_told
+from autobalance.verbs.declaration import documented
 from autobalance.verbs.engine_case import UNKNOWN_SPEED_RPM, job_keys
 from autobalance.verbs.progress import telling
 from autobalance.verbs.result import VerbResult

@@ -8,11 +8,9 @@ from typing import Annotated, Literal
 from autobalance.declare import ABSENT, LOOSE, Absent, NotNegative, Positive, record
 from autobalance.engines.forces.factor_advice import FactorAdvice
 from autobalance.engines.mounts.mounted_engine import MountedAnalysis
-from autobalance.report.records.head import JobReport
-from autobalance.running_gear.dead_centres import DeadCentres, FirstOrderCounterweight
-from autobalance.running_gear.force_summary import InertiaLoads, ShakingForce
-from autobalance.running_gear.roll import Roll
-from autobalance.running_gear.whole_engine import ForceOrder
+from autobalance.report.records.answers import JobReport
+from autobalance.running_gear.roll import InertiaLoads, Roll, ShakingForce
+from autobalance.running_gear.whole_engine import DeadCentres, FirstOrderCounterweight, ForceOrder
 
 
 @record

@@ -20,9 +20,8 @@ from typing import ClassVar
 import numpy as np
 
 from autobalance.declare import NotNegative
-from autobalance.running_gear.balance_factor import LEAST_DIRECTION
-from autobalance.running_gear.forces import centrifugal_force_n
-from autobalance.running_gear.loads import whole_turn
+from autobalance.running_gear.loads import centrifugal_force_n, whole_turn
+from autobalance.running_gear.parts import LEAST_DIRECTION
 from autobalance.running_gear.whole_engine import Engine, about
 from autobalance.types import Array
 

@@ -13,26 +13,26 @@ from autobalance.declare import ABSENT
 from autobalance.engines.cycle.model import Cycle
 from autobalance.engines.forces.answer import EngineState, ForcesReport, WithShafts
 from autobalance.engines.forces.factor_advice import advise
-from autobalance.engines.mounts.model import Mounts
+from autobalance.engines.mounts.spectra import Mounts
 from autobalance.errors import JobError, UsageError
 from autobalance.job import JobSource
-from autobalance.report.plot_files import Drawn, Plot, Plots
-from autobalance.running_gear.dead_centres import dead_centres, first_order_counterweight
-from autobalance.running_gear.force_summary import (
+from autobalance.report.plots import Drawn, Plot, Plots
+from autobalance.running_gear.loads import whole_turn
+from autobalance.running_gear.roll import (
     ANGLES,
     highest_order,
     inertia_loads,
+    momentum_roll_n_m,
+    roll_of,
     shaking_force,
     turn_loads,
 )
-from autobalance.running_gear.loads import whole_turn
-from autobalance.running_gear.roll import momentum_roll_n_m, roll_of
 from autobalance.running_gear.shafts import orders_with_shafts, roll_moment_n_m
-from autobalance.running_gear.whole_engine import Engine, about
+from autobalance.running_gear.whole_engine import Engine, about, dead_centres, first_order_counterweight
 from autobalance.runtime import Progress
 from autobalance.units import RAD_S_PER_RPM
-from autobalance.verbs.common_parameters import documented
 from autobalance.verbs.crank_job import is_crank, job_given
+from autobalance.verbs.declaration import documented
 from autobalance.verbs.engine_case import Request, job_keys, request
 from autobalance.verbs.options import place_mm
 from autobalance.verbs.result import VerbResult
@@ -53,7 +53,7 @@ class ForcesResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return tables of forces, orders and loads."""
-        from autobalance.engines.forces.text import forces_text
+        from autobalance.engines.forces.show import forces_text
 
         return forces_text(self.content)
 

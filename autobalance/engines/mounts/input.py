@@ -7,10 +7,10 @@ from typing import Literal
 import numpy as np
 
 from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Key, Values
-from autobalance.engines.mounts.model import FrameFile, Measured, Mounts
 from autobalance.engines.mounts.rigid_body import Mount, MountedEngine
+from autobalance.engines.mounts.spectra import FrameFile, Measured, Mounts
 from autobalance.errors import JobError
-from autobalance.job.addon_tables import AddonTables, TablesRead
+from autobalance.job.tables import AddonTables, TablesRead
 from autobalance.types import Array
 from autobalance.units import G_MM2_PER_KG_MM2, RAD_S_PER_RPM
 

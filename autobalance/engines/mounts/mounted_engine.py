@@ -10,18 +10,18 @@ from typing import Annotated
 import numpy as np
 
 from autobalance.declare import ABSENT, HERTZ, LAST, NEWTONS, RPM, UNWRITTEN, Absent, derived
-from autobalance.engines.mounts.model import FramePlace, Mounts
 from autobalance.engines.mounts.rigid_body import moment_of_orders, rms
 from autobalance.engines.mounts.spectra import (
+    FramePlace,
     MeasuredOrder,
+    Mounts,
     Shaken,
     StateOrders,
     measured_orders,
     state_orders,
 )
-from autobalance.running_gear.force_summary import highest_order
 from autobalance.running_gear.loads import loads, whole_turn
-from autobalance.running_gear.roll import momentum_roll_orders
+from autobalance.running_gear.roll import highest_order, momentum_roll_orders
 from autobalance.running_gear.shafts import BalanceShaft, orders_with_shafts, roll_of_order
 from autobalance.running_gear.whole_engine import Engine
 from autobalance.types import Array, Complex

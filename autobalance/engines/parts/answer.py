@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from autobalance.declare import ABSENT, Absent, Count, KgMm2, NotNegative, Ordinal, record
-from autobalance.report.records.head import JobReport
+from autobalance.report.records.answers import JobReport
 from autobalance.running_gear.conrod import TwoMasses
 from autobalance.running_gear.parts import RolledUp
 

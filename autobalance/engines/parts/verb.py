@@ -13,12 +13,12 @@ from autobalance.engines.parts.answer import PartsReport, RodEnds, ThrowWeights
 from autobalance.errors import JobError
 from autobalance.job import Job, JobSource
 from autobalance.job.model import ThrowParts, Weight
-from autobalance.report.plot_files import Drawn, Plots
+from autobalance.report.plots import Drawn, Plots
 from autobalance.running_gear.conrod import ConnectingRod
 from autobalance.running_gear.parts import PartWeight, RolledUp, Sum, rolled_up, sum_of_parts
 from autobalance.runtime import Progress
-from autobalance.verbs.common_parameters import documented
 from autobalance.verbs.crank_job import OPEN
+from autobalance.verbs.declaration import documented
 from autobalance.verbs.engine_case import job_keys, request
 from autobalance.verbs.result import VerbResult
 

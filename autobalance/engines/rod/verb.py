@@ -21,7 +21,7 @@ from autobalance.running_gear.conrod import cut_at_centre_of_mass
 from autobalance.runtime import Progress
 from autobalance.solid.formats.read import read
 from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM, STEEL_KG_M3
-from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.declaration import documented
 from autobalance.verbs.progress import telling
 from autobalance.verbs.result import VerbResult
 
@@ -35,7 +35,7 @@ class RodResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
-        from autobalance.engines.rod.text import rod_text
+        from autobalance.engines.rod.answer import rod_text
         from autobalance.report.display_units import ON_SCREEN
 
         return rod_text(self.content, ON_SCREEN[units])

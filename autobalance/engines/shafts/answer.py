@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
 from autobalance.declare import Angle, Named, NotNegative, Ordinal, Pair, Positive, record
-from autobalance.engines.forces.complete_balance import ShaftWeight
-from autobalance.report.records.head import JobReport
+from autobalance.engines.forces.counterweight import ShaftWeight
+from autobalance.report.records.answers import JobReport
 from autobalance.running_gear.shafts import BalanceShaft, CoupleShaft
 from autobalance.running_gear.whole_engine import ForceOrder
 from autobalance.units import wrapped_deg

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from autobalance.engines.forces.text import orders_table
+from autobalance.engines.forces.show import orders_table
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.files import from_here
 from autobalance.report.tables import table
 
 if TYPE_CHECKING:
-    from autobalance.engines.forces.complete_balance import ShaftWeight
+    from autobalance.engines.forces.counterweight import ShaftWeight
     from autobalance.engines.shafts.answer import RollAmplitude, Shaft, ShaftsReport
 
 LEAST_ROLL = 0.005

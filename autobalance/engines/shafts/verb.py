@@ -13,7 +13,7 @@ from autobalance.balancing.engine_from_job import (
     shaft_ends_mm,
     shafts_beside,
 )
-from autobalance.engines.forces.complete_balance import ShaftWeight
+from autobalance.engines.forces.counterweight import ShaftWeight
 from autobalance.engines.shafts.answer import (
     CoupleOfShaft,
     OrdersWith,
@@ -25,12 +25,15 @@ from autobalance.engines.shafts.answer import (
 )
 from autobalance.job import JobSource
 from autobalance.job.model import BalanceShaftEntry
-from autobalance.report.plot_files import Drawn, Plots
-from autobalance.running_gear.balance_factor import LEAST_DIRECTION
-from autobalance.running_gear.force_summary import HIGHEST_ORDER, highest_order
-from autobalance.running_gear.forces import centrifugal_force_n
-from autobalance.running_gear.loads import whole_turn
-from autobalance.running_gear.roll import momentum_roll_n_m, momentum_roll_orders
+from autobalance.report.plots import Drawn, Plots
+from autobalance.running_gear.loads import centrifugal_force_n, whole_turn
+from autobalance.running_gear.parts import LEAST_DIRECTION
+from autobalance.running_gear.roll import (
+    HIGHEST_ORDER,
+    highest_order,
+    momentum_roll_n_m,
+    momentum_roll_orders,
+)
 from autobalance.running_gear.shafts import (
     BalanceShaft,
     cancelling_shafts,
@@ -44,7 +47,7 @@ from autobalance.running_gear.shafts import (
 )
 from autobalance.running_gear.whole_engine import Engine, ForceOrder, about
 from autobalance.runtime import Progress
-from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.declaration import documented
 from autobalance.verbs.engine_case import job_keys, request
 from autobalance.verbs.options import place_mm
 from autobalance.verbs.result import VerbResult

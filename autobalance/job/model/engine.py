@@ -1,4 +1,4 @@
-"""The crank, the parts on it and the requirements on it: tables of a job in mm, g, s and rad."""
+"""Dataclasses of a job: engine, assembly, readings."""
 
 from __future__ import annotations
 
@@ -9,11 +9,40 @@ from pathlib import Path
 from typing import Any, Literal
 
 from autobalance.crank.anatomy import Overrides
-from autobalance.job.model.crank_readings import CrankReadings
 from autobalance.rigid_rotor.margin import Margin
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.staged_assembly import ShaftKey
 from autobalance.rigid_rotor.tolerance import Judge
-from autobalance.solid.soundness.open_holes import OpenHoles
+from autobalance.rigid_rotor.unbalance import Moments
+from autobalance.solid.soundness.holes import OpenHoles
+
+# A shop's measurements of the crank in the hand: on a scale, with a micrometer.
+
+
+Calibrate = Literal["skin", "density", "none"]
+"""Quantity that absorbs a difference of mass: an even offset of the surface, the density, or nothing."""
+
+
+@dataclass(frozen=True)
+class CrankReadings:
+    """Readings of the bare crank, with half-widths (``pm``) of about 95 %.
+
+    ``micrometer_mm`` has ``main_journal`` and ``crankpin`` where they were measured.
+    """
+
+    weighed_g: float | None = None
+    weighed_pm_g: float = 0.0
+    calibrate: Calibrate = "none"
+    micrometer_mm: Mapping[str, float] = field(default_factory=dict)
+    micrometer_pm_mm: float = 0.0
+
+    @property
+    def any(self) -> bool:
+        """Whether anything was measured."""
+        return self.weighed_g is not None or bool(self.micrometer_mm)
+
+
+# The crank, the parts on it and the requirements on it: tables of a job in mm, g, s and rad.
+
 
 LengthUnit = Literal["mm", "cm", "m", "inch"]
 Distribution = Literal["normal", "rectangular"]
@@ -265,3 +294,34 @@ class Balance:
     facet_correction: bool = False
     external: External = "none"
     external_parts: tuple[ExternalPart, ...] = ()
+
+
+# The ``[[assembly]]`` tables of a job in mm, g and rad.
+
+
+@dataclass(frozen=True)
+class PartSolid:
+    """The solid of a part."""
+
+    file: Path
+    unit: LengthUnit | None
+    density_g_mm3: float
+    turn_rad: float
+
+
+@dataclass(frozen=True, eq=False)
+class AssemblyEntry:
+    """A part of the assembly; its own mass and unbalance, or its ``solid`` to measure them on."""
+
+    name: str
+    shaft: str
+    z_mm: float
+    mass_g: float | None
+    unbalance_g_mm: complex
+    solid: PartSolid | None
+    runout_mm: complex
+    key: ShaftKey | None
+    correct_mm: tuple[float, ...]
+    permissible_g_mm: float | None
+    speed_ratio: float
+    values: Mapping[str, Any] = field(default_factory=dict)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from autobalance.errors import JobError
-from autobalance.machining.posts.fanuc import Fanuc
-from autobalance.machining.posts.linuxcnc import LinuxCnc
-from autobalance.machining.posts.post import Post
+from autobalance.machining.posts.post import Fanuc, LinuxCnc, Post
 
 POSTS: dict[str, type[Post]] = {post.name: post for post in (LinuxCnc, Fanuc)}
 

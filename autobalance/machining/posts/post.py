@@ -1,15 +1,29 @@
-"""Common part of the dialects: metric and absolute words, one comment a cut, cycles for holes."""
+"""Dialects of controls."""
 
 from __future__ import annotations
 
 import re
+import textwrap
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from typing import ClassVar
 
 from autobalance.errors import JobError
-from autobalance.machining.blocks import Block, Bore, Change, Clamp, Go, Index, Note, Retreat, Unclamp
-from autobalance.machining.input import MachineTool
+from autobalance.machining.input import (
+    Block,
+    Bore,
+    Change,
+    Clamp,
+    Go,
+    Index,
+    MachineTool,
+    Note,
+    Retreat,
+    Unclamp,
+)
+
+# Common part of the dialects: metric and absolute words, one comment a cut, cycles for holes.
+
 
 FIRST_LINE = "G21 G90 G17 G40 G49 G80 G94 G54"
 
@@ -142,3 +156,77 @@ def ascii_text(text: str) -> str:
     }.items():
         text = text.replace(old, new)
     return re.sub(r"[^ -~]", "?", text)
+
+
+# Fanuc and Haas.
+
+
+MAX_LINE_CHARACTERS = 80
+"""Characters of a line at most."""
+
+
+class Fanuc(Post):
+    """Programs for Fanuc and Haas: a percent sign at both ends, an O-number, comments in capitals."""
+
+    name = "fanuc"
+    ending = "nc"
+
+    def comment(self, text: str) -> list[str]:
+        """Return the comment in capitals, on as many lines as it takes.
+
+        A semicolon is the end of a block there, a percent sign that of the tape.
+        """
+        words = ascii_text(text).upper().replace("%", "PERCENT").replace(";", ",")
+        return [f"({line})" for line in textwrap.wrap(words, MAX_LINE_CHARACTERS - 2) or [""]]
+
+    def head(self, number: int) -> list[str]:
+        """Return the start of the tape and the program's number."""
+        return ["%", f"O{number:04d}"]
+
+    def tail(self) -> list[str]:
+        """Return the end of the tape."""
+        return ["%"]
+
+
+# LinuxCNC.
+
+
+KNOWN = re.compile(r"M(0?[3-9]|19|4[89]|5[0-3]|6[0-8]|7[0-3]|1\d\d)( P\d+)?")
+"""M codes of LinuxCNC that may be in a machine's file; M100 to M199 are the user's own."""
+
+
+class LinuxCnc(Post):
+    """Programs for LinuxCNC: comments in brackets, nothing around the program."""
+
+    name = "linuxcnc"
+    ending = "ngc"
+
+    def comment(self, text: str) -> list[str]:
+        """Return the comment on a line."""
+        return [f"({ascii_text(text)})"]
+
+    def head(self, number: int) -> list[str]:
+        """Return nothing: files have names."""
+        del number
+        return []
+
+    def tail(self) -> list[str]:
+        """Return nothing: M30 is the end."""
+        return []
+
+    def diameters(self) -> list[str]:
+        """Return the code of diameter mode."""
+        return ["G7"]
+
+    def refuse_codes(self) -> None:
+        """Refuse codes that LinuxCNC stops at."""
+        super().refuse_codes()
+        rotary = self.machine.rotary
+        codes = {"machine.coolant": self.machine.spindle.coolant}
+        if rotary is not None:
+            codes |= {"rotary.unclamp": rotary.unclamp, "rotary.clamp": rotary.clamp}
+        for key, code in codes.items():
+            if code and not KNOWN.fullmatch(code):
+                raise JobError(
+                    f'{key} is "{code}", not a code of LinuxCNC; use for example M62 P0, M100 or nothing'
+                )

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from autobalance.declare import ABSENT, Absent, present
-from autobalance.report.balance.scan_text import against_text, scan_lines
-from autobalance.report.balance.section_text import section_heads
-from autobalance.report.balance.suggestion_text import suggestions_text
+from autobalance.report.balance.sections_text import against_text, scan_lines, section_heads, suggestions_text
 from autobalance.report.display_units import ON_SCREEN, DisplayUnits, fixed
 from autobalance.report.records.balance import Unbalance
 from autobalance.report.records.crank import Crank, Journal, Pin, Web
 from autobalance.report.records.report import Report, WebWeight
-from autobalance.report.records.surfaces import Face, NamedFace
+from autobalance.report.records.scan import Face, NamedFace
 from autobalance.report.records.with_bob_weights import WithBobWeights
 from autobalance.report.tables import table
 from autobalance.wording import degrees

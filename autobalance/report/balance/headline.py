@@ -1,15 +1,44 @@
-"""First lines of a summary: the verdict, what to do, what is left of what is permitted; then why."""
+"""First lines of a summary: the verdict, what to do, what is left of what is permitted.
+
+And relaxed limits.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+import shlex
+from collections.abc import Mapping, Sequence
 from itertools import groupby
+from typing import Any
 
+from autobalance.quantities import Text, g, joined, said
 from autobalance.report.balance.kinds import verb
-from autobalance.report.balance.relaxation_text import relaxation_lines
 from autobalance.report.display_units import DisplayUnits, in_units
 from autobalance.types import Values
 from autobalance.wording import is_unproven, listed_numbers, worst_judged
+
+# Settings of ``--set`` that would reach the tolerance, as lines for people.
+
+
+def relaxation_lines(report: Mapping[str, Any]) -> list[Text]:
+    """Return a line for each relaxation that changes the job: its settings, and the result they lead to."""
+    return [_line(each) for each in report.get("relaxations", ()) if each["changes"]]
+
+
+def _line(relaxation: Mapping[str, Any]) -> Text:
+    settings = " ".join(
+        "--set " + shlex.quote(f"{change['key']}={json.dumps(change['proposed'], ensure_ascii=False)}")
+        for change in relaxation["changes"]
+    )
+    comes_to: list[str] = [f"leaves {relaxation['used_share']:.2f} of the permissible value"]
+    metal_g = relaxation["metal_g"]
+    comes_to += [] if metal_g is None else [said("{} of metal in all", g(metal_g, ".1f"))]
+    comes_to += [] if relaxation["tried"] else ["not tried"]
+    return said("{}: {}", settings, joined(", ", comes_to))
+
+
+# First lines of a summary: the verdict, what to do, what is left of what is permitted; then why.
+
 
 OUTCOMES = {
     "within_tolerance": "WITHIN TOLERANCE",

@@ -10,13 +10,11 @@ from autobalance.balancing.sections import section, sections_in
 from autobalance.crank.against import Against
 from autobalance.declare import decoded
 from autobalance.quantities import g
-from autobalance.report.balance.cuts_text import corrections_text, cut_rows
 from autobalance.report.balance.headline import headline, why
-from autobalance.report.balance.scan_text import against_text
-from autobalance.report.balance.zero import Zero, ZeroChoice
+from autobalance.report.balance.sections_text import against_text
+from autobalance.report.balance.zero import Zero, ZeroChoice, corrections_text, cut_rows
 from autobalance.report.display_units import DisplayUnits, in_units
-from autobalance.report.tables import table
-from autobalance.report.wrapping import whole
+from autobalance.report.tables import table, whole
 from autobalance.types import Values
 from autobalance.wording import degrees, is_unproven
 
@@ -67,7 +65,7 @@ def _sections(report: Values) -> Iterator[str]:
 def _assembly(report: Values, units: DisplayUnits) -> str:
     if not report.get("assembly"):
         return ""
-    from autobalance.report.balance.assembly_text import assembly_text
+    from autobalance.report.balance.sections_text import assembly_text
 
     return assembly_text(report["assembly"], units)
 

@@ -1,14 +1,40 @@
-"""The report as JSON values: every key of the interface, ``None`` where a thing does not apply, never NaN."""
+"""The report as JSON values, with the entries of a stage: every key of the interface.
+
+``None`` where a thing does not apply.
+"""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from autobalance.balancing.record import Record
-from autobalance.declare import encoded
+from autobalance.declare import encoded, fields_of
+from autobalance.report.files import seen_from
+from autobalance.report.records.balance import Unbalance
 from autobalance.report.records.report import Report
+from autobalance.report.records.stage import (
+    Previous,
+    ReadPlane,
+    ReadUnbalance,
+    Stage,
+    Staged,
+    StageSuspect,
+    StageUnbalance,
+)
+
+if TYPE_CHECKING:
+    from autobalance.balancing.loop import Result
+    from autobalance.balancing.machine_reading import JudgedReading, Suspect
+    from autobalance.job.files.reading import MachineReading
+    from autobalance.verification.earlier_stage import EarlierStage
+
+
+# The report as JSON values: every key of the interface, ``None`` where a thing does not apply, never NaN.
+
 
 Values = dict[str, Any]
 
@@ -38,6 +64,105 @@ def showable(values: Values) -> Values:
 
 def schema() -> Values:
     """Return the JSON Schema (draft 2020-12) of reports."""
-    from autobalance.report.records.written import written_schema
+    from autobalance.report.records.report import written_schema
 
     return written_schema()
+
+
+# Entries of a stage's report alone: the balancing machine's reading, and the stages before.
+
+
+REPORT = "report.json"
+
+
+@dataclass(frozen=True, eq=False)
+class StageNotes:
+    """Sources of the entries that only a stage's report has; paths are relative to its folder."""
+
+    earlier: EarlierStage
+    reading: MachineReading
+    judged: JudgedReading
+    suspects: tuple[Suspect, ...]
+    fitted_g: tuple[float, ...]
+
+
+def stage_values(notes: StageNotes, folder: Path, ended: Result) -> Staged:
+    """Return the keys of a stage's report, its paths as seen from its folder."""
+    earlier, machine = notes.earlier, notes.judged.machine
+    return Staged(
+        serial=notes.reading.serial,
+        previous=Previous(report=seen_from(folder, earlier.path), sha256=earlier.sha256),
+        stages=[*_earlier_stages(earlier, folder), _stage(notes, ended)],
+        machine_reading=ReadUnbalance(
+            file=notes.reading.values,
+            zero_deg=notes.reading.values["zero_deg"],
+            unbalance_g_mm=machine.resultant_g_mm,
+            moment_g_mm2=machine.moment_g_mm2,
+            planes=[
+                ReadPlane(z_mm=each.z_mm, unbalance_g_mm=[each.unbalance_g_mm.real, each.unbalance_g_mm.imag])
+                for each in notes.judged.planes
+            ],
+        ),
+        earlier_corrections=earlier.cuts,
+        input_is_untouched=_untouched(earlier),
+    )
+
+
+def _stage(notes: StageNotes, ended: Result) -> Stage:
+    earlier, judged, places = notes.earlier, notes.judged, notes.earlier.tolerance.places_mm
+    budget = judged.budget(places)
+    apart = judged.unbalance - earlier.unbalance("residual")
+    return Stage(
+        stage=earlier.number + 1,
+        serial=notes.reading.serial,
+        report=REPORT,
+        outcome=ended.outcome,
+        bob_weights_g=notes.fitted_g,
+        speed_rpm=notes.reading.speed_rpm,
+        corrections=len(ended.corrections),
+        removed_mass_g=-sum(each.change.mass_g for each in ended.corrections),
+        reading=StageUnbalance.of(Unbalance.of(judged.unbalance, places, budget)),
+        expected=StageUnbalance.read(earlier.values["residual"]),
+        deviation=StageUnbalance.of(Unbalance.of(apart, places, budget)),
+        predicted=StageUnbalance.of(Unbalance.of(ended.residual, places, budget)),
+        suspects=[StageSuspect.of(each) for each in notes.suspects],
+    )
+
+
+def _untouched(earlier: EarlierStage) -> bool:
+    """Return whether the crank is still as it came: no stage has cut it."""
+    if earlier.values["outputs"]["solid"] is not None:
+        return False
+    return earlier.values["command"] == "balance" or bool(earlier.values["input_is_untouched"])
+
+
+def _earlier_stages(earlier: EarlierStage, folder: Path) -> list[Stage]:
+    """Return the entries of the stages before, their paths as seen from a folder."""
+    listed = earlier.values.get("stages")
+    if listed:
+        here = earlier.path.parent
+        return [_read({**each, "report": seen_from(folder, here / each["report"])}) for each in listed]
+    corrections = earlier.values["corrections"]
+    fit = [each.get("fit_g", each["mass_g"]) for each in earlier.values["engine"]["bob_weights"]]
+    return [
+        Stage(
+            stage=1,
+            serial=None,
+            report=seen_from(folder, earlier.path),
+            outcome=earlier.values["outcome"],
+            bob_weights_g=fit,
+            speed_rpm=None,
+            corrections=len(corrections),
+            removed_mass_g=sum(each["removed_mass_g"] for each in corrections),
+            reading=None,
+            expected=None,
+            deviation=None,
+            predicted=StageUnbalance.read(earlier.values["residual"]),
+            suspects=[],
+        )
+    ]
+
+
+def _read(entry: Mapping[str, Any]) -> Stage:
+    """Return a stage as an earlier report lists it."""
+    return Stage(**{each.name: entry[each.key] for each in fields_of(Stage)})

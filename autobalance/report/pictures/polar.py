@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from autobalance.report.page_units import PAGE_UNITS, PAGE_ZERO_DEG, pointing, unbalance
+from autobalance.report.display_units import PAGE_UNITS, PAGE_ZERO_DEG, pointing, unbalance
 from autobalance.wording import escape
 
 SIZE = 200.0

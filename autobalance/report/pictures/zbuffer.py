@@ -1,4 +1,4 @@
-"""Drawing of triangles into a picture: a z-buffer on arrays, and PNG. No graphics library, no screen."""
+"""Drawing of triangles, lines and letters into a picture."""
 
 from __future__ import annotations
 
@@ -7,11 +7,16 @@ import struct
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import resources
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from autobalance.types import Array, Indices
+
+# Drawing of triangles into a picture: a z-buffer on arrays, and PNG. No graphics library, no screen.
+
 
 Image = NDArray[np.uint8]
 """Rows from the top, pixels from the left, red green blue (h, w, 3)."""
@@ -389,3 +394,117 @@ def png(image: Image) -> bytes:
         + chunk(b"IDAT", zlib.compress(data, 4))
         + chunk(b"IEND", b"")
     )
+
+
+# Places of labels in pictures, none over another.
+
+
+Box = tuple[float, float, float, float]
+"""Left, top, right, bottom [pixels]."""
+RINGS = 40
+PLACES_PER_RING = 16
+"""Places that are tried around a mark: ``RINGS`` rings of this many."""
+
+
+class Placed(NamedTuple):
+    """A label: its mark, and the place of its middle."""
+
+    mark: tuple[float, float]
+    middle: tuple[float, float]
+
+
+def placed(
+    marks: Sequence[tuple[float, float]],
+    sizes: Sequence[tuple[float, float]],
+    picture: tuple[float, float],
+    away: float = 0.0,
+) -> list[Placed]:
+    """Return places of labels: near their marks, inside the picture, none over another.
+
+    Parameters
+    ----------
+    marks, sizes : sequences of (float, float)
+        Column and row of each mark, width and height of each label [pixels].
+    picture : (float, float)
+        Width and height [pixels].
+    away : float
+        Smallest distance of a label's middle from its mark; 0: on it if there is room.
+    """
+    boxes: list[Box] = []
+    places_of_labels = []
+    for mark, (wide, high) in zip(marks, sizes, strict=True):
+        best = mark
+        for ring in range(RINGS):
+            radius = away + 6.0 * ring
+            turns = [
+                2.0 * math.pi * k / PLACES_PER_RING - 0.25 * math.pi
+                for k in range(PLACES_PER_RING if radius else 1)
+            ]
+            places = [(mark[0] + radius * math.cos(t), mark[1] + radius * math.sin(t)) for t in turns]
+            free = [each for each in places if _is_free(_box(each, wide, high), boxes, picture)]
+            if free:
+                best = free[0]
+                break
+        boxes.append(_box(best, wide, high))
+        places_of_labels.append(Placed(mark, best))
+    return places_of_labels
+
+
+def _box(middle: tuple[float, float], wide: float, high: float) -> Box:
+    x, y = middle
+    return x - 0.5 * wide, y - 0.5 * high, x + 0.5 * wide, y + 0.5 * high
+
+
+def _is_free(box: Box, boxes: Sequence[Box], picture: tuple[float, float]) -> bool:
+    left, top, right, bottom = box
+    if left < 0.0 or top < 0.0 or right > picture[0] or bottom > picture[1]:
+        return False
+    return not any(left < r and l < right and top < b and t < bottom for l, t, r, b in boxes)  # noqa: E741
+
+
+# Labels and lines drawn into pictures.
+
+
+INK, PAPER, LEADER = (20, 20, 20), (255, 255, 255), (90, 90, 90)
+SIZE, PAD = 15, 3
+
+
+def draw_labels(image: Image, labels: Sequence[tuple[str, int, int]]) -> Image:
+    """Return an image with texts at pixels (column, row), on a light ground, none over another.
+
+    A line joins a text and its pixel where they are apart.
+    """
+    from PIL import Image as Pillow
+    from PIL import ImageDraw, ImageFont
+
+    canvas = Pillow.fromarray(image)
+    pen, font = ImageDraw.Draw(canvas), ImageFont.load_default(SIZE)
+    if not all(text.isascii() for text, _, _ in labels):  # Pillow's font has no µ
+        with resources.as_file(resources.files("autobalance.report") / "assets" / "DejaVuSans.ttf") as path:
+            font = ImageFont.truetype(str(path), SIZE)
+    boxes = [pen.textbbox((0, 0), text, font, anchor="lt") for text, _, _ in labels]
+    sizes = [(right + 2.0 * PAD, bottom + 2.0 * PAD) for _, _, right, bottom in boxes]
+    marks = [(float(column), float(row)) for _, column, row in labels]
+    places = placed(marks, sizes, canvas.size)
+    for label in places:
+        if label.mark != label.middle:
+            pen.line((*label.mark, *label.middle), fill=LEADER, width=1)
+    for (text, _, _), label, (wide, high) in zip(labels, places, sizes, strict=True):
+        x, y = label.middle
+        pen.rectangle((x - 0.5 * wide, y - 0.5 * high, x + 0.5 * wide, y + 0.5 * high), fill=PAPER)
+        pen.text((x, y), text, INK, font, anchor="mm")
+    return np.array(canvas, dtype=np.uint8)
+
+
+def draw_line(image: Image, start: Array, end: Array, colour: tuple[int, int, int]) -> None:
+    """Draw a dash-dotted line between two pixels (column, row), two pixels wide."""
+    count = int(np.ceil(2.0 * np.hypot(*(end - start)))) + 1
+    share = np.linspace(0.0, 1.0, count)
+    points = start + share[:, None] * (end - start)
+    run = share * np.hypot(*(end - start)) % 36.0
+    points = points[(run < 20.0) | ((run > 26.0) & (run < 30.0))]
+    for aside in (0, 1):
+        column, row = (points + 0.5).astype(np.int64).T
+        row = row + aside
+        inside = (row >= 0) & (row < image.shape[0]) & (column >= 0) & (column < image.shape[1])
+        image[row[inside], column[inside]] = colour

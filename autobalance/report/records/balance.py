@@ -23,8 +23,8 @@ from autobalance.units import wrapped_deg
 if TYPE_CHECKING:
     from autobalance.balancing import record as balancing
     from autobalance.rigid_rotor import tolerance as rigid_rotor
+    from autobalance.rigid_rotor.unbalance import Budget
     from autobalance.rigid_rotor.unbalance import Unbalance as UnbalanceOf
-    from autobalance.rigid_rotor.uncertainty import Budget
 
 PLANES: tuple[Literal["A", "B"], ...] = ("A", "B")
 

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 from autobalance.balancing.comparison import ComparedRow
 from autobalance.correction.contract import Prefer
 from autobalance.declare import ABSENT, INLINE, Absent, NotNegative, Positive, record
-from autobalance.report.records.head import Head
+from autobalance.report.records.answers import Head
 from autobalance.rigid_rotor.margin import Judged
 
 

@@ -38,8 +38,8 @@ from autobalance.units import G_MM2_PER_KG_MM2, wrapped_deg
 if TYPE_CHECKING:
     from autobalance.balancing.record import ChordalErrorEntry, MeasuredCrank
     from autobalance.crank import anatomy as crank_anatomy
-    from autobalance.crank.scan import ScanFit
-    from autobalance.rigid_rotor.moments import Moments
+    from autobalance.crank.datums import ScanFit
+    from autobalance.rigid_rotor.unbalance import Moments
 
 
 @record

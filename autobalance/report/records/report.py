@@ -1,4 +1,4 @@
-"""The whole report of `balance`, `recut` and `inspect`."""
+"""The whole report of `balance`, `recut` and `inspect`, and JSON Schemas of what is written."""
 
 from __future__ import annotations
 
@@ -30,7 +30,10 @@ from autobalance.declare import (
     fields_of,
     record,
 )
+from autobalance.declare.schema import schema_of
+from autobalance.job.balance import LISTED
 from autobalance.quantities import Text, listed
+from autobalance.report.records.answers import JobEcho
 from autobalance.report.records.balance import (
     BalanceFactor,
     Counterweight,
@@ -48,19 +51,14 @@ from autobalance.report.records.corrections import (
     kept_corrections,
 )
 from autobalance.report.records.crank import Crank
-from autobalance.report.records.head import JobEcho
 from autobalance.report.records.outputs import Outputs
+from autobalance.report.records.scan import Face, NamedFace, TrueSurfaces
 from autobalance.report.records.sections import Section, SectionTable
 from autobalance.report.records.source import Frame, Input, Versions
 from autobalance.report.records.stage import AssemblyStage, Staged, Suggestions
-from autobalance.report.records.surfaces import (
-    Face,
-    NamedFace,
-    TrueSurfaces,
-)
 from autobalance.report.records.with_bob_weights import WithBobWeights
 from autobalance.rigid_rotor.tolerance import Outcome
-from autobalance.running_gear.force_summary import ShakingForce
+from autobalance.running_gear.roll import ShakingForce
 from autobalance.units import G_MM2_PER_KG_MM2, wrapped_deg
 from autobalance.version import SCHEMA_VERSION
 
@@ -70,6 +68,9 @@ if TYPE_CHECKING:
     from autobalance.balancing.loop import Result
     from autobalance.crank import sections
     from autobalance.job import model
+
+
+# The whole report of `balance`, `recut` and `inspect`.
 
 
 @record
@@ -411,3 +412,66 @@ def _corrections(balanced: run.Balanced, record: run.Record) -> list[Correction]
         Correction.of(number, each, anatomy)
         for number, each in enumerate(result.corrections, record.cuts_before + 1)
     ]
+
+
+# The JSON Schemas of what is written, made from the typed records.
+
+
+Values = dict[str, Any]
+
+REPORT_HEAD: Values = {
+    "$schema": "https://json-schema.org/draft/2020-12/schema",
+    "$id": "https://autobalance.invalid/report-1.schema.json",
+    "title": "Report of autobalance, schema_version 1",
+    "description": "Numbers are in the unit that a key ends with; positions and vectors in the rotor "
+    "frame unless the key begins with file_; angles counter-clockwise seen from +z.",
+}
+RULES: list[Values] = [
+    {
+        "if": {"properties": {"command": {"enum": ["balance", "recut"]}}},
+        "then": {
+            "properties": {
+                "job": {"type": "object"},
+                "engine": {"type": "object"},
+                "balance_factor": {"type": "object"},
+                "tolerance": {"type": "object"},
+                "residual": {"type": "object"},
+                "outcome": {"type": "string"},
+                "inertia_change_kg_mm2": {"type": "number"},
+                "outputs": {"required": ["solid"]},
+            }
+        },
+        "else": {"required": ["faces"], "properties": {"job": {"type": "null"}}},
+    },
+    {
+        "if": {"properties": {"outcome": {"const": "above_tolerance"}}},
+        "then": {"properties": {"reason": {"type": "string"}}},
+        "else": {"properties": {"reason": {"type": "null"}}},
+    },
+    {
+        "if": {"properties": {"command": {"const": "recut"}}},
+        "then": {
+            "required": [
+                "serial",
+                "previous",
+                "stages",
+                "machine_reading",
+                "earlier_corrections",
+                "input_is_untouched",
+            ]
+        },
+    },
+]
+"""Conditions that depend on the values: a balanced crank has a job, an unreached tolerance a reason."""
+
+
+def written_schema() -> Values:
+    """Return the JSON Schema (draft 2020-12) of reports, from the records.
+
+    The kinds of correction in it are those that exist.
+    """
+    schema = schema_of(Report, REPORT_HEAD, RULES)
+    method = schema["$defs"]["job_correction"]["properties"]["method"]
+    method["items"]["enum"] = [*KINDS, LISTED]
+    schema["$defs"]["correction"]["properties"]["kind"]["enum"] = list(KINDS)
+    return schema

@@ -33,10 +33,10 @@ from autobalance.types import Array
 from autobalance.units import wrapped_deg
 
 if TYPE_CHECKING:
-    from autobalance.balancing.reading_mistakes import Suspect
+    from autobalance.balancing.machine_reading import Suspect
     from autobalance.balancing.suggestions import wanted as suggested
     from autobalance.rigid_rotor import staged_assembly
-    from autobalance.rigid_rotor.moments import Moments
+    from autobalance.rigid_rotor.unbalance import Moments
 
 
 @record

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from autobalance.errors import FormatError
 from autobalance.signals.formats import agreed_rate
-from autobalance.signals.header import named
-from autobalance.signals.record import Channel, Record
+from autobalance.signals.record import Channel, Record, named
 from autobalance.types import Array
 
 TIME_HEADINGS = {"time": 1.0, "t": 1.0, "zeit": 1.0}

@@ -9,8 +9,7 @@ import numpy as np
 
 from autobalance.errors import FormatError
 from autobalance.signals.formats import agreed_rate
-from autobalance.signals.header import named
-from autobalance.signals.record import Channel, Record
+from autobalance.signals.record import Channel, Record, named
 
 RATE_NAMES = ("fs", "sample_rate")
 

@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from autobalance.errors import FormatError, SolidError
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.cad.installed import (
     GENERATION,
     INSTALL,

@@ -1,18 +1,24 @@
-"""Check of a CAD file's body: faults that the kernel finds, their healing, edges off their faces."""
+"""Soundness of a shape."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
 
 from autobalance.errors import SolidError
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.cad.kernel import explored, is_valid, properties
 from autobalance.solid.cad.tessellation import area_mm2, bounds_mm, surface_kind
+from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.solid.soundness.repair import volume_change
 from autobalance.types import Array
+
+# Check of a CAD file's body: faults that the kernel finds, their healing, edges off their faces.
+
 
 CONTRADICTION_SHARE: Final = 1e-3
 """Distance of an edge from its face, as a share of the diagonal, from which on a file contradicts itself."""
@@ -264,3 +270,38 @@ def faces_without_neighbour(body: Any) -> list[int]:
 def _words(fault: Any) -> str:
     name = str(fault.name).rpartition("_")[2]
     return WORDS.get(name, f"has the fault '{name}'")
+
+
+# Error bar of a solid whose edges lie off its faces.
+
+
+def doubt_of(gaps: Sequence[Gap], density_g_mm3: float, frame: Array) -> ChordalError:
+    """Return the error bar of a solid measured on its true surfaces: none where its edges lie on them.
+
+    A face that its edges lie off by d may itself lie off by d. The layer of that thickness on its area counts
+    as far from the axis as the box around it reaches, all faces in the same direction.
+
+    Parameters
+    ----------
+    gaps : sequence of Gap
+    density_g_mm3 : float
+    frame : (4, 4) float
+        From the file's coordinates to those of the rotor.
+    """
+    known = ChordalError.known(Moments.zero())
+    if not gaps:
+        return known
+    mass_g = density_g_mm3 * np.array([gap.area_mm2 * gap.distance_mm for gap in gaps])
+    corners = np.array([list(itertools.product(*gap.bounds.T)) for gap in gaps])
+    corners = corners @ frame[:3, :3].T + frame[:3, 3]
+    bars_g_mm = mass_g * np.hypot(corners[..., 0], corners[..., 1]).max(axis=1)
+    z_mm = corners[..., 2]
+    return replace(
+        known,
+        mass_bar_g=float(mass_g.sum()),
+        unbalance_bar_g_mm=float(bars_g_mm.sum()),
+        bar_at_mm=(
+            float(np.average(z_mm.mean(axis=1), weights=bars_g_mm)),
+            float(np.average((z_mm**2).max(axis=1), weights=bars_g_mm)),
+        ),
+    )

@@ -13,6 +13,7 @@ import numpy as np
 from autobalance.errors import SolidError
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.build import moved
+from autobalance.solid.cad.files import write_step
 from autobalance.solid.cad.kernel import (
     common,
     compound,
@@ -24,7 +25,6 @@ from autobalance.solid.cad.kernel import (
     require_kernel,
     unified,
 )
-from autobalance.solid.cad.step_file import write_step
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 

@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.cad.kernel import area_properties, common, cut, explored, fused, properties
-from autobalance.solid.cad.machining import (
+from autobalance.rigid_rotor.unbalance import Moments
+from autobalance.solid.cad.build import (
     AS_DRAWN,
     SAME_HEIGHT_MM,
     SAME_NORMAL,
@@ -20,8 +19,8 @@ from autobalance.solid.cad.machining import (
     clear_shares,
     tool_shape,
 )
-from autobalance.solid.cad.surface import PlaneFace
-from autobalance.solid.cad.tessellation import bounds_mm, surfaces
+from autobalance.solid.cad.kernel import area_properties, common, cut, explored, fused, properties
+from autobalance.solid.cad.tessellation import PlaneFace, bounds_mm, surfaces
 from autobalance.solid.csg.shape import Arc, Line, Outline, outline_area_mm2, reversed_outline
 from autobalance.solid.csg.tool import Drilling, Lowering, Raising, Tool
 from autobalance.types import Array

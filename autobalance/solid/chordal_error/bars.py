@@ -12,12 +12,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.solid.chordal_error.fits import Sets
-from autobalance.solid.chordal_error.look import ON_SURFACE, Look, tight_mm
-from autobalance.solid.chordal_error.profiles import axes_of
-from autobalance.solid.chordal_error.revolved import Lens, Revolved, cylindrical
-from autobalance.solid.chordal_error.strips import FEW, MIN_SURE_FACES
-from autobalance.solid.chordal_error.turning import AS_WIDE, goes_on_beyond, turns_of, widths
+from autobalance.solid.chordal_error.look import (
+    AS_WIDE,
+    ON_SURFACE,
+    Look,
+    goes_on_beyond,
+    tight_mm,
+    turns_of,
+    widths,
+)
+from autobalance.solid.chordal_error.revolved import Lens, Revolved, Sets, cylindrical
+from autobalance.solid.chordal_error.strips import FEW, MIN_SURE_FACES, axes_of
 from autobalance.solid.mesh.adjacency import unit
 from autobalance.types import Array, Flags, Indices
 

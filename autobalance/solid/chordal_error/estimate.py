@@ -14,15 +14,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.chordal_error.bars import FLAT, accidents, fitted_bar, loose_bar
 from autobalance.solid.chordal_error.look import SMOOTH_RAD, Look, look_at
-from autobalance.solid.chordal_error.match import Fitted
-from autobalance.solid.chordal_error.profiles import axes_of, find_revolved, split_in_bands
 from autobalance.solid.chordal_error.revolved import (
     IN_QUARTERS,
     SIX_POINTS,
     THREE_POINTS,
+    Fitted,
     Lens,
     Revolved,
     lens,
@@ -34,7 +33,7 @@ from autobalance.solid.chordal_error.seeds import (
     find_joined,
     find_leftover_cylinders,
 )
-from autobalance.solid.chordal_error.strips import find_cylinders
+from autobalance.solid.chordal_error.strips import axes_of, find_cylinders, find_revolved, split_in_bands
 from autobalance.solid.mesh.mesh import Mesh, ranked
 from autobalance.types import Array, Flags, Indices
 

@@ -13,11 +13,10 @@ from functools import cached_property
 
 import numpy as np
 
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.chordal_error.bars import COARSER
-from autobalance.solid.chordal_error.look import Look
-from autobalance.solid.chordal_error.turning import Turns, dotted, summed
-from autobalance.solid.mesh.tetrahedra import CHUNK
+from autobalance.solid.chordal_error.look import Look, Turns, dotted, summed
+from autobalance.solid.mesh.mesh import CHUNK
 from autobalance.types import Array, Flags, Indices
 
 GENTLE_RAD = 0.35

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from autobalance.solid.chordal_error.creases import cuts_edges_off
 from autobalance.solid.chordal_error.estimate import ChordalError, chordal_error_of
-from autobalance.solid.chordal_error.from_edges import chordal_error_from_edges
 from autobalance.solid.chordal_error.look import look_at
 from autobalance.solid.chordal_error.of_scans import chordal_error_of_scan
+from autobalance.solid.chordal_error.seeds import cuts_edges_off
+from autobalance.solid.chordal_error.uneven_chords import chordal_error_from_edges
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 

@@ -16,12 +16,11 @@ import math
 
 import numpy as np
 
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.chordal_error.creases import apart_at_sharp_edges
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.solid.chordal_error.scanned_facets import UNBALANCE_SHARE, ScannedFacets
-from autobalance.solid.mesh.mesh import Mesh
-from autobalance.solid.mesh.tetrahedra import CHUNK
+from autobalance.solid.chordal_error.seeds import apart_at_sharp_edges
+from autobalance.solid.mesh.mesh import CHUNK, Mesh
 from autobalance.solid.roughness.estimate import at_vertices, smoothed_normals, unit_at_vertices
 from autobalance.types import Array
 

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.solid.chordal_error.even_chords import ALONG, GENTLE_RAD
-from autobalance.solid.chordal_error.look import Look
-from autobalance.solid.chordal_error.turning import AS_WIDE, Turns, dotted
+from autobalance.solid.chordal_error.look import AS_WIDE, Look, Turns, dotted
 from autobalance.types import Array, Flags
 
 AGREE_SHARE = 0.1

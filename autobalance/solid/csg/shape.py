@@ -1,7 +1,6 @@
-"""Exact descriptions of solids: outlines of lines and arcs, extruded, turned, joined and cut.
+"""Exact descriptions of solids, from outlines of lines and arcs.
 
-A shape has no facets. ``tessellated`` turns it into triangles, all corners of whose faces lie on the true
-surface; ``autobalance.solid.cad.brep`` turns the same description into exact surfaces.
+And the source of each surface of a cut one.
 """
 
 from __future__ import annotations
@@ -9,7 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
+import manifold3d as m3
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +18,12 @@ from autobalance.solid.csg.region import Region, triangulated
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh, without_collapsed
 from autobalance.types import Array, Indices
+
+# Exact descriptions of solids: outlines of lines and arcs, extruded, turned, joined and cut.
+#
+# A shape has no facets. ``tessellated`` turns it into triangles, all corners of whose faces lie on the true
+# surface; ``autobalance.solid.cad.brep`` turns the same description into exact surfaces.
+
 
 Point = tuple[float, float]
 
@@ -387,3 +394,58 @@ def reversed_outline(outline: Outline) -> Outline:
         else Arc(edge.centre, edge.radius, edge.end_rad, edge.start_rad, edge.share, edge.least)
         for edge in reversed(outline)
     )
+
+
+# Common parts and differences of a large solid and small ones, with the source of each surface.
+
+
+@dataclass(frozen=True, eq=False)
+class Shared:
+    """Result of a boolean of a large and a small solid; its surface is partly the one's or the other's.
+
+    Attributes
+    ----------
+    solid : Solid
+    small : int
+        manifold3d's number for the small one's surface.
+    """
+
+    solid: Solid
+    small: int
+
+    @cached_property
+    def surfaces(self) -> tuple[Mesh, NDArray[np.bool_]]:
+        """The mesh, and a mark of its triangles (m,) on the surface of the small solid."""
+        raw = self.solid._body.to_mesh64()
+        ends = np.asarray(raw.run_index, dtype=np.int64) // 3
+        lengths = ends[1:] - ends[:-1]
+        of_small = np.asarray(raw.run_original_id) == self.small
+        vertices = np.asarray(raw.vert_properties, dtype=np.float64).reshape(-1, raw.vert_properties.shape[1])
+        mesh = Mesh(vertices[:, :3], np.asarray(raw.tri_verts, dtype=np.int64).reshape(-1, 3))
+        return mesh, np.repeat(of_small[: len(lengths)], lengths)
+
+    def simplified(self, by_mm: float) -> Shared:
+        """Return the solid with edges merged that are shorter than ``by_mm``; its surface moves by less."""
+        return Shared(self.solid.simplified(by_mm), self.small)
+
+
+def shared_with(first: Solid, tools: Sequence[Solid]) -> list[Shared]:
+    """Return the common part of ``first`` and each of some small solids."""
+    if not tools:
+        return []
+    bodies = [tool._body.as_original() for tool in tools]
+    reach = first._body ^ m3.Manifold.batch_boolean(bodies, m3.OpType.Add)
+    own: dict[int, list[m3.Manifold]] = {body.original_id(): [] for body in bodies}
+    for part in reach.decompose():
+        raw = part.to_mesh64()
+        touched = own.keys() & np.asarray(raw.run_original_id)[np.diff(raw.run_index) > 0]
+        if len(touched) != 1:  # solids that touch each other share it, and each has its own share
+            return [Shared(Solid(reach ^ body), body.original_id()) for body in bodies]
+        own[touched.pop()].append(part)
+    return [Shared(Solid(m3.Manifold.compose(parts)), small) for small, parts in own.items()]
+
+
+def beyond(tool: Solid, solid: Solid) -> Shared:
+    """Return the part of a small solid outside of ``solid``."""
+    body = tool._body.as_original()
+    return Shared(Solid(body - solid._body), body.original_id())

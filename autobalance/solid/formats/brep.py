@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from autobalance.solid.formats.exact import exact_format
+from autobalance.solid.formats.format import exact_format
 
 if TYPE_CHECKING:
-    from autobalance.solid.cad.cad_file import CadFile
+    from autobalance.solid.cad.files import CadFile
 
 
 def _read(data: bytes) -> CadFile:
-    from autobalance.solid.cad.foreign_files import read_foreign_file
+    from autobalance.solid.cad.files import read_foreign_file
 
     return read_foreign_file("brep", data)
 

@@ -17,8 +17,7 @@ from typing import Any, Final
 import numpy as np
 
 from autobalance.errors import FormatError, file_errors
-from autobalance.solid.formats.digits import spread, step_of_text
-from autobalance.solid.formats.format import Format
+from autobalance.solid.formats.format import Format, spread, step_of_text
 from autobalance.solid.formats.raw import Raw
 from autobalance.solid.formats.threemf import ARCHIVE_ERRORS, THREEMF, UNITS, UNPACKED_FREE, UNPACKED_MOST
 from autobalance.types import Array, Floats

@@ -13,9 +13,8 @@ from urllib.parse import unquote
 import numpy as np
 
 from autobalance.errors import FileError, FormatError
-from autobalance.solid.formats.format import Format
+from autobalance.solid.formats.format import Format, one_file_bytes
 from autobalance.solid.formats.glb import BINARY_CHUNK, JSON_CHUNK, MAGIC, read_glb, write_glb
-from autobalance.solid.formats.on_disk import one_file_bytes
 
 ALIGNED = 4
 """Bytes to whose multiples a chunk is filled up."""

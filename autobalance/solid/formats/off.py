@@ -8,8 +8,7 @@ from typing import Final
 import numpy as np
 
 from autobalance.errors import FormatError
-from autobalance.solid.formats.digits import spread, step_of_text
-from autobalance.solid.formats.format import Format
+from autobalance.solid.formats.format import Format, spread, step_of_text
 from autobalance.solid.formats.raw import BYTE_ORDER_MARK, Polygons, Raw, shown, soup_of, text_of
 from autobalance.types import Array, Indices
 

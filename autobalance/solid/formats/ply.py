@@ -10,8 +10,7 @@ from typing import Final
 import numpy as np
 
 from autobalance.errors import FormatError
-from autobalance.solid.formats.digits import spread, step_of_text
-from autobalance.solid.formats.format import Format
+from autobalance.solid.formats.format import Format, spread, step_of_text
 from autobalance.solid.formats.raw import CORNERS_MOST, Polygons, Raw, fans, point_cloud, shown, soup_of
 from autobalance.types import Array, Floats, Indices
 

@@ -13,27 +13,24 @@ import numpy as np
 from autobalance.disk_cache import kept
 from autobalance.errors import BodiesError, FormatError, OverlapError, SolidError, file_errors
 from autobalance.known import once
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.csg.self_overlap import united
-from autobalance.solid.csg.solid import Solid
+from autobalance.rigid_rotor.unbalance import Moments
+from autobalance.solid.csg.solid import Solid, united
 from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.gltf import file_bytes
 from autobalance.solid.formats.raw import Raw
 from autobalance.solid.formats.registry import FOREIGN_CAD, FORMATS, format_of, kind_of
 from autobalance.solid.mesh.mesh import Mesh, in_space_order, weld, without_collapsed
-from autobalance.solid.soundness.bodies import bodies_of
-from autobalance.solid.soundness.chosen_bodies import chosen_bodies
-from autobalance.solid.soundness.hole_patches import Patch, filled
-from autobalance.solid.soundness.open_holes import OpenHoles
+from autobalance.solid.soundness.bodies import bodies_of, chosen_bodies
+from autobalance.solid.soundness.holes import OpenHoles, Patch, filled
 from autobalance.solid.soundness.repair import MAX_MOVED_SHARE, solid_of, volume_change
 from autobalance.solid.soundness.validate import check_solid, refuse_overlap
 from autobalance.types import Array, Floats
 from autobalance.units import MM_PER
 
 if TYPE_CHECKING:
-    from autobalance.solid.cad.cad_file import CadFile
-    from autobalance.solid.cad.step import Exact
-    from autobalance.solid.cad.surface import Surfaces
+    from autobalance.solid.cad.brep import Exact
+    from autobalance.solid.cad.files import CadFile
+    from autobalance.solid.cad.tessellation import Surfaces
 
 FARTHEST_MM = 1e7
 """Largest coordinate: ten kilometres leave no digit for a crank, and products would overflow."""
@@ -334,8 +331,8 @@ def source_of_cad(
     file: CadFile, sha256: str, name: str, unit: str | None, body: int | str | None, pressed_up: bool = False
 ) -> Source:
     """Return the checked solid of a CAD file whose bytes have the digest; the rest is as for ``read``."""
-    from autobalance.solid.cad.cad_file import in_unit
-    from autobalance.solid.cad.step import exact_of
+    from autobalance.solid.cad.brep import exact_of
+    from autobalance.solid.cad.files import in_unit
 
     carried = None if file.unit is None else MM_PER[file.unit]
     mm_per_unit = _mm_per_unit(file.unit, carried, unit, name)

@@ -29,9 +29,8 @@ def source_of_shape(shape: Any, unit: str, body: int | str | None = None, presse
     SolidError
         As for ``read``.
     """
-    from autobalance.solid.cad.brep_file import BEGINNING
-    from autobalance.solid.cad.shapes import EXPECTED, step_of_shape
-    from autobalance.solid.cad.step_file import read_step_file
+    from autobalance.solid.cad.build import EXPECTED, step_of_shape
+    from autobalance.solid.cad.files import BEGINNING, read_step_file
 
     if unit not in MM_PER:
         raise FormatError(f"the unit '{unit}' is not known; expected one of {', '.join(MM_PER)}")

@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.errors import FormatError
-from autobalance.solid.formats.digits import step_of_text
-from autobalance.solid.formats.format import Format
+from autobalance.solid.formats.format import Format, step_of_text
 from autobalance.solid.formats.raw import BYTE_ORDER_MARK, Raw
-from autobalance.solid.mesh.tetrahedra import CHUNK
+from autobalance.solid.mesh.mesh import CHUNK
 from autobalance.types import Array, Floats, Indices
 
 HEADER_BYTES: Final = 84

@@ -1,18 +1,117 @@
-"""Triangles with shared vertices, and the exact weld that makes them from loose corners."""
+"""Triangles with shared vertices, the exact weld that makes them from loose corners, and their parts."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.mesh.components import numbered_components
-from autobalance.solid.mesh.tetrahedra import CHUNK
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.types import Array, Floats, Indices, Numbers
+
+if TYPE_CHECKING:
+    import trimesh
+
+    from autobalance.types import Indices
+
+
+# Connected components of many nodes, without a loop over them.
+
+
+def components(links: Indices, count: int) -> Indices:
+    """Return the lowest node of each node's component (count,); see ``numbered_components``."""
+    number, lowest = _numbered(links, count)
+    return lowest.take(number)
+
+
+def numbered_components(links: Indices, count: int) -> tuple[Indices, int]:
+    """Return the number of each node's component (count,), from 0 by the lowest node; and their count.
+
+    Parameters
+    ----------
+    links : (k, m) int
+        Nodes that belong together, m at a time: the triangles of a mesh, or pairs.
+    count : int
+        Nodes in all, numbered from 0.
+    """
+    number, lowest = _numbered(links, count)
+    return number, len(lowest)
+
+
+def _numbered(links: Indices, count: int) -> tuple[Indices, Indices]:
+    """Return the number of each node's component (count,) and the lowest node of each component.
+
+    Every node hangs under the lowest that a link joins it to; connected nodes are one node of the next round,
+    until no link joins two. Numbers that follow the surface, as a weld gives them, need a few rounds.
+    """
+    number = lowest = np.arange(count)
+    columns = [np.ascontiguousarray(column) for column in links.T]
+    while len(columns[0]):
+        low = columns[0]
+        for column in columns[1:]:
+            low = np.minimum(low, column)
+        root = np.arange(len(lowest))
+        for column in columns:
+            np.minimum.at(root, column, low)
+        while not np.array_equal(higher := root.take(root), root):
+            root = higher
+        is_root = root == np.arange(len(root))
+        joined = (np.cumsum(is_root) - 1).take(root)
+        number, lowest = joined.take(number), lowest[is_root]
+        ends = [joined.take(column) for column in columns]
+        apart = np.zeros(len(low), dtype=bool)
+        for end in ends[1:]:
+            apart |= end != ends[0]
+        left = np.flatnonzero(apart)
+        columns = [end.take(left) for end in ends]
+    return number, lowest
+
+
+# Volume moments of the tetrahedra that triangles span with the origin.
+
+
+CHUNK = 1 << 13
+"""Triangles at a time: their corners stay in the processor's cache."""
+
+
+def volume_moments(vertices: Array, triangles: Indices) -> Moments:
+    """Return ∫ dV, ∫ r dV and ∫ r rᵀ dV about the origin, which is best near the part."""
+    axes = np.ascontiguousarray(vertices.T)
+    return summed(
+        axes.take(triangles[start : start + CHUNK].T, axis=1).swapaxes(0, 1)
+        for start in range(0, len(triangles), CHUNK)
+    )
+
+
+def summed(chunks: Iterable[Array]) -> Moments:
+    """Add up the tetrahedra that triangles span with the origin, some at a time: corners × axes (3, 3, k)."""
+    volume = 0.0
+    first = np.zeros(3)
+    second = np.zeros((3, 3))
+    for a, b, c in chunks:
+        det = six_volumes(a, b, c)
+        total = a + b + c
+        volume += float(det.sum())
+        first += total @ det
+        for corner in (total, a, b, c):
+            second += (corner * det) @ corner.T
+    return Moments(volume / 6.0, first / 24.0, second / 120.0)
+
+
+def six_volumes(a: Array, b: Array, c: Array) -> Array:
+    """Return six times the signed volumes of tetrahedra between the origin and corners (3, k)."""
+    det: Array = a[0] * (b[1] * c[2] - b[2] * c[1])
+    det += a[1] * (b[2] * c[0] - b[0] * c[2])
+    det += a[2] * (b[0] * c[1] - b[1] * c[0])
+    return det
+
+
+# Triangles with shared vertices, and the exact weld that makes them from loose corners.
+
 
 CACHED_VERTICES = 10_000
 """Vertices that stay in the processor's cache: the numbers of a triangle's corners should span no more."""
@@ -89,8 +188,6 @@ class Mesh:
     @cached_property
     def moments_about_middle(self) -> Moments:
         """∫ dV, ∫ r dV and ∫ r rᵀ dV inside a closed mesh, about the middle of its bounding box."""
-        from autobalance.solid.mesh.tetrahedra import volume_moments
-
         return volume_moments(self.vertices - self.bounds.mean(axis=0), self.triangles)
 
     @cached_property
@@ -377,3 +474,32 @@ def mesh_of_soup(soup: Floats, mm_per_unit: float = 1.0) -> Mesh:
     distinct, number = weld(soup.reshape(-1, 3))
     vertices = distinct.astype(np.float64) * mm_per_unit
     return Mesh(vertices, without_collapsed(number.reshape(-1, 3)))
+
+
+# Meshes for other libraries.
+
+
+def to_trimesh(mesh: Mesh) -> trimesh.Trimesh:
+    """Return a mesh of trimesh with the same corners and triangles."""
+    import trimesh
+
+    return trimesh.Trimesh(mesh.vertices.copy(), mesh.triangles.copy(), process=False, validate=False)
+
+
+# List of a file's bodies in one line.
+
+
+LISTED_BODIES = 12
+"""Most bodies that are listed, the largest."""
+
+
+def few(entries: Sequence[str]) -> str:
+    """Return entries in one line, the first ``LISTED_BODIES`` and a count of the others."""
+    more = len(entries) - LISTED_BODIES
+    return "; ".join(entries[:LISTED_BODIES]) + (f"; and {more} smaller ones" if more > 0 else "")
+
+
+def listed(entries: Sequence[str]) -> str:
+    """Return a sentence on the number of a file's bodies, with their entries."""
+    count = "1 body" if len(entries) == 1 else f"{len(entries)} bodies"
+    return f"the file holds {count} ({few(entries)})"

@@ -1,16 +1,22 @@
-"""Cross-sections of a closed mesh at many heights at once, straight from its triangles."""
+"""Cross-sections of a closed mesh at many heights at once, and the part between two heights."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.solid.mesh.mesh import least_and_greatest, ranked
+from autobalance.rigid_rotor.unbalance import Moments
+from autobalance.solid.mesh.mesh import CHUNK, least_and_greatest, ranked, summed
+from autobalance.solid.mesh.stretches import Stretches
 from autobalance.types import Array, Indices
+
+# Cross-sections of a closed mesh at many heights at once, straight from its triangles.
+
 
 Numbers = NDArray[np.unsignedinteger[Any]]
 
@@ -167,3 +173,219 @@ def _cycles(following: Indices) -> list[Indices]:
         cycles.append(np.array(cycle))
         left[cycles[-1]] = False
     return cycles
+
+
+# Exact mass moments of the part of a solid between two heights, straight from its triangles.
+#
+# No boolean: triangles are clipped to the slab, and each spans a tetrahedron with a point of the lower
+# plane, to which that plane's cut face adds nothing. The upper plane's cut face is known from the edges that
+# clipping leaves.
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Metal of a slab that counts: within a cylinder along z that bounds it there, or on one side of z.
+
+    ``centre`` (2,) and ``radius_mm`` of the cylinder: no surface may cross it in the slab; ``side`` (2,):
+    only where (x, y) · side ≥ 0.
+    """
+
+    centre: Array | None = None
+    radius_mm: float = 0.0
+    side: Array | None = None
+
+
+WHOLE_SLAB = Part()
+
+
+@dataclass(frozen=True, eq=False)
+class Slab:
+    """A closed, outward mesh ready to be measured between many pairs of heights.
+
+    ``vertices`` (n, 3) [mm], ``triangles`` (m, 3); corners within ``rounding_mm`` of a slab's plane are taken
+    to lie on it.
+    """
+
+    vertices: Array
+    triangles: Indices
+    rounding_mm: float = 0.0
+
+    @cached_property
+    def _stretches(self) -> Stretches:
+        """Smallest and largest z (m,) of each triangle."""
+        return Stretches.of(self._axes[2], self.triangles)
+
+    @cached_property
+    def _axes(self) -> Array:
+        """The vertices' x, y and z (3, n)."""
+        return np.ascontiguousarray(self.vertices.T)
+
+    def moments(
+        self, z_range_mm: tuple[float, float], density_g_mm3: float, part: Part = WHOLE_SLAB
+    ) -> Moments:
+        """Return the mass moments about the origin of the metal between two heights.
+
+        Parameters
+        ----------
+        z_range_mm : (float, float)
+            Lower and upper height [mm].
+        density_g_mm3 : float
+        part : Part
+            Part of the metal that counts.
+        """
+        z_low, z_high = z_range_mm
+        if not z_high > z_low:
+            return Moments.zero()
+        reach = self._stretches
+        height = z_high - z_low
+        grain = min(self.rounding_mm, 0.01 * height)
+        rows = reach.within(z_low + grain, z_high - grain)
+        low, high = reach.least.take(rows), reach.greatest.take(rows)
+        inside = (low >= z_low - grain) & (high <= z_high + grain) & (part.centre is None)
+        if part.side is not None:
+            beyond, before = self._on_side(rows, part.side)
+            inside &= beyond
+            there = np.flatnonzero(~before)
+            rows, inside, high = rows.take(there), inside.take(there), high.take(there)
+        whole, touching, crossing = rows[inside], rows[inside & (high >= z_high - grain)], rows[~inside]
+        if part.centre is not None:
+            crossing = crossing[self._meets(crossing, part.centre, part.radius_mm)]
+        below, soup = (
+            np.ascontiguousarray(self._corners(some, z_low, height, grain).T) for some in (touching, crossing)
+        )
+        volume = _slab_of_soup(soup, below, height, part) + summed(
+            self._corners(whole[start : start + CHUNK], z_low, height, grain).swapaxes(0, 1)
+            for start in range(0, len(whole), CHUNK)
+        )
+        local = volume.scaled(density_g_mm3)
+        back = np.eye(4)
+        back[2, 3] = z_low
+        return local.moved(back)
+
+    def _corners(self, rows: Indices, z_low: float, height: float, grain: float) -> Array:
+        """Return axes × corners (3, 3, k) of triangles as seen from a slab's lower plane.
+
+        Those within rounding of the slab's planes are on them.
+        """
+        corners = self._axes.take(self.triangles.take(rows, axis=0).T, axis=1)
+        z = corners[2]
+        z -= z_low
+        for plane in (0.0, height):
+            z[np.abs(z - plane) <= grain] = plane
+        return corners
+
+    def _on_side(self, rows: Indices, side: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Mark the triangles (k,) whose corners all lie on a side of the axis, and those with none there."""
+        over = side[0] * self._axes[0] + side[1] * self._axes[1] >= 0.0
+        a, b, c = over.take(self.triangles.take(rows, axis=0).T)
+        return a & b & c, ~(a | b | c)
+
+    def _meets(self, rows: Indices, centre: Array, radius: float) -> NDArray[np.bool_]:
+        """Mark the triangles (k,) whose boxes meet that of a circle, in x and y."""
+        meets = np.ones(len(rows), dtype=bool)
+        corners = self.triangles.take(rows, axis=0).T
+        for column, middle in zip(self._axes, centre, strict=False):
+            a, b, c = column.take(corners) - middle
+            meets &= np.minimum(np.minimum(a, b), c) <= radius
+            meets &= np.maximum(np.maximum(a, b), c) >= -radius
+        return meets
+
+
+def _slab_of_soup(soup: Array, below: Array, height: float, part: Part) -> Moments:
+    """Return the moments that loose triangles (k, 3, 3) contribute between z = 0 and ``height``.
+
+    Triangles ``below`` (j, 3, 3), which end at the upper plane, contribute only the plane's share.
+    """
+    soup = _clipped(soup, np.array([0.0, 0.0, 1.0]), 0.0)
+    edges = _upper_edges(np.concatenate([soup, below]), height)
+    soup = _clipped(soup, np.array([0.0, 0.0, -1.0]), -height)
+    if part.centre is not None:
+        soup, edges = (_within(item, part.centre, part.radius_mm) for item in (soup, edges))
+    if part.side is not None:
+        soup = _clipped(soup, np.array([*part.side, 0.0]), 0.0)
+        edges = _clipped_edges(edges, part.side)
+    return summed([np.ascontiguousarray(soup.transpose(1, 2, 0))]) + _cone(edges, height)
+
+
+def _clipped(soup: Array, normal: Array, height: float) -> Array:
+    """Return the parts of loose triangles (k, 3, 3) with normal · r ≥ height."""
+    over = (soup.reshape(-1, 3) @ normal - height).reshape(-1, 3)
+    keep = over >= 0.0
+    count = _count(keep)
+    parts = [soup[count == 3]]
+    for inside in (1, 2):
+        rows = np.flatnonzero(count == inside)
+        lone = (keep[rows] if inside == 1 else ~keep[rows]).argmax(axis=1)
+        turn = (lone[:, None] + np.arange(3)) % 3
+        p, q, r = (soup[rows, turn[:, k]] for k in range(3))
+        hp, hq, hr = (over[rows, turn[:, k]] for k in range(3))
+        pq = p + (hp / (hp - hq))[:, None] * (q - p)
+        pr = p + (hp / (hp - hr))[:, None] * (r - p)
+        if inside == 1:
+            parts.append(np.stack([p, pq, pr], axis=1))
+        else:
+            parts += [np.stack([pq, q, r], axis=1), np.stack([pq, r, pr], axis=1)]
+    return np.concatenate(parts)
+
+
+def _count(marks: NDArray[np.bool_]) -> NDArray[np.int8]:
+    a, b, c = marks.T.astype(np.int8)
+    total: NDArray[np.int8] = a + b + c
+    return total
+
+
+def _upper_edges(soup: Array, height: float) -> Array:
+    """Return the edges (k, 2, 2) of the section at ``height``, metal on their left, of loose triangles.
+
+    A corner on the plane counts as above it: the section on the plane is that just below.
+    """
+    up = soup[:, :, 2] >= height
+    count = _count(up)
+    parts = []
+    for inside in (1, 2):
+        rows = np.flatnonzero(count == inside)
+        lone = (up[rows] if inside == 1 else ~up[rows]).argmax(axis=1)
+        turn = (lone[:, None] + np.arange(3)) % 3
+        p, q, r = (soup[rows, turn[:, k]] for k in range(3))
+        share_q, share_r = ((height - p[:, 2]) / (s[:, 2] - p[:, 2]) for s in (q, r))
+        pq = (p + share_q[:, None] * (q - p))[:, :2]
+        pr = (p + share_r[:, None] * (r - p))[:, :2]
+        parts.append(np.stack([pq, pr] if inside == 1 else [pr, pq], axis=1))
+    return np.concatenate(parts)
+
+
+def _within(items: Array, centre: Array, radius: float) -> Array:
+    x, y = (sum(corner) / len(corner) for corner in items.T[:2])
+    kept: Array = items[np.hypot(x - centre[0], y - centre[1]) <= radius]
+    return kept
+
+
+def _clipped_edges(edges: Array, side: Array) -> Array:
+    """Return the parts of edges on one side of the origin; the edges that close them lie in line with it."""
+    over = edges @ side
+    edges, over = edges[(over >= 0.0).any(axis=1)], over[(over >= 0.0).any(axis=1)]
+    p, q = edges[:, 0], edges[:, 1]
+    fall = over[:, 0] - over[:, 1]
+    share = (over[:, 0] / np.where(fall == 0.0, 1.0, fall))[:, None]
+    cut = p + share * (q - p)
+    start = np.where(over[:, :1] < 0.0, cut, p)
+    end = np.where(over[:, 1:] < 0.0, cut, q)
+    return np.stack([start, end], axis=1)
+
+
+def _cone(edges: Array, height: float) -> Moments:
+    """Return volume and moments of the cone from the origin to a flat region at z = ``height``."""
+    p, q = edges[:, 0], edges[:, 1]
+    det = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
+    total = p + q
+    area = float(det.sum()) / 2.0
+    flat_first = det @ total / 6.0
+    flat_second = (
+        sum(((det[:, None] * corner).T @ corner for corner in (total, p, q)), np.zeros((2, 2))) / 24.0
+    )
+    first = np.array([*flat_first, height * area])
+    second = np.zeros((3, 3))
+    second[:2, :2] = flat_second
+    second[:2, 2] = second[2, :2] = height * flat_first
+    second[2, 2] = height**2 * area
+    return Moments(height * area / 3.0, height * first / 4.0, height * second / 5.0)

@@ -11,12 +11,15 @@ from autobalance.errors import SolidError
 from autobalance.solid.csg.region import triangulated
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.adjacency import sides_of
-from autobalance.solid.mesh.components import components
-from autobalance.solid.mesh.measure import signed_volume_mm3
-from autobalance.solid.mesh.mesh import Mesh, hash_numbers, sorted_with_rows, without_collapsed
-from autobalance.solid.mesh.zero_volume_parts import without_crumbs
-from autobalance.solid.soundness.hole_patches import open_holes_text
-from autobalance.solid.soundness.open_edges import doubled_area_vector, is_closed, open_edges, rims
+from autobalance.solid.mesh.measure import signed_volume_mm3, without_crumbs
+from autobalance.solid.mesh.mesh import Mesh, components, hash_numbers, sorted_with_rows, without_collapsed
+from autobalance.solid.soundness.holes import (
+    doubled_area_vector,
+    is_closed,
+    open_edges,
+    open_holes_text,
+    rims,
+)
 from autobalance.types import Array, Flags, Indices
 
 PLACES_SHOWN = 4

@@ -1,13 +1,20 @@
-"""The report of `batch`."""
+"""The report of `batch`, and its table as CSV, workbook and lines for people."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import csv
+import io
+import math
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from autobalance.declare import INLINE, Count, NotNegative, Ordinal, Positive, Sha256, record
-from autobalance.report.records.head import Head
+from autobalance.declare import INLINE, Count, NotNegative, Ordinal, Positive, Sha256, Values, encoded, record
+from autobalance.report.records.answers import Head
 from autobalance.rigid_rotor.tolerance import Outcome
+
+# The report of `batch`.
 
 
 @record
@@ -63,3 +70,104 @@ class BatchReport(Head):
         """Largest share used of the permissible value, of each row that has a residual."""
         shares = [row.numbers.worst_share for row in self.results]
         return [share for share in shares if share is not None]
+
+
+# The table of a batch as CSV, workbook, page and lines for people.
+
+
+NEWEST_ROWS = 10
+OWN_WORDS = re.compile(
+    r"\S*/\S*|\S+\.(?:stl|obj|ply|off|3mf|glb|step|stp|toml|xlsx)\b|[-+±]?\d[\d.,]*(?:[eE][-+]?\d+)?"
+)
+"""Files and numbers of a message, which differ from row to row."""
+
+
+def rows_of(report: BatchReport) -> list[Values]:
+    """Return the rows of the table by column: those of the list behind the others."""
+    return [encoded(row) for row in report.results]
+
+
+def results_csv(report: BatchReport) -> bytes:
+    """Return one line a row, in the order of the list, without times: the same in every run."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    rows = rows_of(report)
+    writer.writerow(rows[0])
+    for row in rows:
+        writer.writerow(["" if cell is None else cell for cell in row.values()])
+    return text.getvalue().encode()
+
+
+def results_workbook(report: BatchReport) -> bytes:
+    """Return the table and the summary as a workbook."""
+    import xlsxwriter
+
+    buffer = io.BytesIO()
+    with xlsxwriter.Workbook(buffer, {"in_memory": True, "strings_to_formulas": False}) as book:
+        bold = book.add_format({"bold": True})
+        table = book.add_worksheet("Results")
+        rows = rows_of(report)
+        table.write_row(0, 0, list(rows[0]), bold)
+        for number, row in enumerate(rows, 1):
+            table.write_row(number, 0, ["" if cell is None else cell for cell in row.values()])
+        table.freeze_panes(1, 2)
+        table.autofilter(0, 0, len(rows), len(rows[0]) - 1)
+        summary = book.add_worksheet("Summary")
+        lines: list[tuple[str, Any]] = [
+            ("rows", report.rows),
+            ("within", report.within),
+            ("above", report.above),
+            ("failed", report.failed),
+            ("lost", report.lost),
+            ("taken_over", report.taken_over),
+            ("", ""),
+            ("Reason", "Rows"),
+            *((text, count) for text, count, _ in grouped(report.reasons)),
+            ("", ""),
+            ("Capability", ""),
+            *capability(report.worst_shares).items(),
+        ]
+        for number, (name, value) in enumerate(lines):
+            summary.write_row(number, 0, [name, "" if value is None else value])
+        summary.set_column(0, 0, 60)
+    return buffer.getvalue()
+
+
+def grouped(reasons: Iterable[str]) -> list[tuple[str, int, str]]:
+    """Return (reason, rows, example) of reasons that differ only in numbers, names and files.
+
+    Examples
+    --------
+    >>> grouped(["a.stl does not exist", "b.stl does not exist"])
+    [('… does not exist', 2, 'a.stl does not exist')]
+    """
+    first: dict[str, str] = {}
+    counts: Counter[str] = Counter()
+    for why in reasons:
+        reason = OWN_WORDS.sub("…", why)
+        first.setdefault(reason, why)
+        counts[reason] += 1
+    return sorted(((text, count, first[text]) for text, count in counts.items()), key=lambda x: (-x[1], x[0]))
+
+
+def capability(shares: Sequence[float]) -> dict[str, float | None]:
+    """Return mean, standard deviation and P_pk of the shares used of the permissible value.
+
+    P_pk = (1 − mean)/(3 s): there is an upper limit only (ISO 22514-2, of the sample as a whole).
+    """
+    if len(shares) < 2:
+        return {"mean": shares[0] if shares else None, "standard_deviation": None, "p_pk": None}
+    mean = sum(shares) / len(shares)
+    deviation = math.sqrt(sum((share - mean) ** 2 for share in shares) / (len(shares) - 1))
+    index = (1.0 - mean) / (3.0 * deviation) if deviation > 0.0 else None
+    return {"mean": mean, "standard_deviation": deviation, "p_pk": index}
+
+
+def batch_text(report: BatchReport) -> str:
+    lines = [
+        f"{report.rows} rows: {report.within} within tolerance, {report.above} above, "
+        f"{report.failed} failed, {report.lost} lost; {report.taken_over} taken over",
+    ]
+    for text, count, example in grouped(report.reasons)[:NEWEST_ROWS]:
+        lines.append(f"{count:6d}  {example if count == 1 else text}")
+    return "\n".join(lines)

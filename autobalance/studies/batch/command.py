@@ -25,8 +25,8 @@ VERB = Verb(
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the batch; 0 where every row is within tolerance, else 4."""
+    from autobalance.command.console import shown
     from autobalance.command.finish import finish_in_place, refuse_in_results
-    from autobalance.command.progress import shown
     from autobalance.studies.batch.journal import JOURNAL
     from autobalance.studies.batch.run import ROWS, TABLES
     from autobalance.studies.batch.verb import batch

@@ -14,9 +14,8 @@ from autobalance.errors import AutobalanceError, JobError
 from autobalance.job.read import WORKBOOKS, Job, load
 from autobalance.job.tables import TOP_KEYS
 from autobalance.solid.formats.table import endings as crank_endings
-from autobalance.toml_files.document import text_of
+from autobalance.toml_files.document import text_of, toml_value
 from autobalance.toml_files.spreadsheet import sheet_cells
-from autobalance.toml_files.text import toml_value
 
 OWN_COLUMNS = ("job", "crank", "name")
 UNSAFE = re.compile(r"[^A-Za-z0-9._-]")

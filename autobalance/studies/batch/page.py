@@ -7,8 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from autobalance.report.page.templates import rendered
-from autobalance.studies.batch.answer import BatchReport
-from autobalance.studies.batch.files import capability, grouped, rows_of
+from autobalance.studies.batch.answer import BatchReport, capability, grouped, rows_of
 from autobalance.types import Values
 
 BINS = 20

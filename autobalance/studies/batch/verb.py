@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from autobalance.runtime import Progress
-from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.declaration import documented
 from autobalance.verbs.result import VerbResult
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ class BatchResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the counts and the reasons as lines for people."""
-        from autobalance.studies.batch.files import batch_text
+        from autobalance.studies.batch.answer import batch_text
 
         return batch_text(self.content)
 
@@ -76,8 +76,7 @@ def batch(
     """
     from autobalance.studies.batch.input import read_batch_list
     from autobalance.studies.batch.journal import held, made_folder
-    from autobalance.studies.batch.row import balance_row
-    from autobalance.studies.batch.run import BatchRun
+    from autobalance.studies.batch.run import BatchRun, balance_row
     from autobalance.studies.workers import workers_of
 
     started = time.perf_counter()

@@ -23,13 +23,13 @@ class JobsResult(VerbResult):
     def text(self, units: str = "metric") -> str:
         """Return a line for each job, and the series."""
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.studies.jobs.text import jobs_text
+        from autobalance.studies.jobs.answer import jobs_text
 
         return jobs_text(self.content, ON_SCREEN[units])
 
     def files(self) -> Mapping[str, bytes]:
         """Return the jobs as CSV."""
-        from autobalance.studies.jobs.text import jobs_csv
+        from autobalance.studies.jobs.answer import jobs_csv
 
         return {"jobs.csv": jobs_csv(self.content)}
 
@@ -56,9 +56,8 @@ def jobs(folder: str | Path = ".", *, find: str | None = None) -> JobsResult:
     FileError
         If the folder is missing.
     """
-    from autobalance.studies.jobs.answer import JobsReport
+    from autobalance.studies.jobs.answer import JobsReport, series_of
     from autobalance.studies.jobs.archive import archive
-    from autobalance.studies.jobs.series import series_of
 
     place = Path(folder)
     if not place.is_dir():

@@ -1,4 +1,7 @@
-"""Reduction of each ± by which enough cranks would be within tolerance."""
+"""Share of each cause in the variance.
+
+And the reduction of each ± by which enough cranks are within tolerance.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,9 @@ import numpy as np
 from autobalance.declare import Share
 from autobalance.studies.study.linear_model import LinearModel
 from autobalance.types import Array
+
+# Reduction of each ± by which enough cranks would be within tolerance.
+
 
 GRID = 32
 HALVINGS = 12
@@ -70,3 +76,86 @@ def _step(model: LinearModel, deviations: Mapping[str, Array], target: float, ca
         middle = 0.5 * (good + bad)
         good, bad = (middle, bad) if within(middle) >= target else (good, middle)
     return AdviceStep(cause, pm, good * pm, within(good))
+
+
+# Sobol's shares: what each cause makes of the variance of what is judged, which is not linear.
+#
+# The largest of magnitudes over their permissible values bends at zero and where another plane takes over,
+# so the shares of the resultant's variance are not its shares. First-order shares are what a cause makes
+# alone, total shares what would be missing without it; what lies between is made together with others.
+#
+# References
+# ----------
+# Saltelli et al., Comput. Phys. Commun. 181 (2010) 259, table 2: (b) for the first order, (f), which is
+# Jansen's, for the total.
+
+
+CRANKS = 1 << 13
+"""Cranks of each of the two samples; the shares are known to about 1 % then."""
+SECOND_SAMPLE_PREFIX = "again "
+LINEAR = 0.02
+"""Distance of the sum of first-order shares from 1 within which the judged value is as good as a sum."""
+
+
+@dataclass(frozen=True)
+class SobolShare:
+    """Part of one cause in the variance, alone and together with others."""
+
+    name: str
+    first: float
+    total: float
+
+
+@dataclass(frozen=True)
+class SobolShares:
+    """The shares of every cause, falling by the total; ``linear`` where what is judged adds up from them."""
+
+    samples: int
+    linear: bool
+    shares: tuple[SobolShare, ...]
+
+
+def sobol_shares(model: LinearModel, seed: int, count: int = CRANKS) -> SobolShares:
+    """Return Sobol's shares of the largest share used of what is permitted.
+
+    Parameters
+    ----------
+    model : LinearModel
+    seed : int
+        Of the drawn cranks; a second sample is drawn beside that of the study.
+    count : int
+        Cranks of each sample.
+    """
+    one, other = (
+        {draw.label: draw.changes(_sampled(model, draw.label, prefix, seed, count)) for draw in model.draws}
+        for prefix in ("", SECOND_SAMPLE_PREFIX)
+    )
+    state_one, state_other = model.nominal + _sum(one, count), model.nominal + _sum(other, count)
+    judged_one, judged_other = model.used_shares(state_one), model.used_shares(state_other)
+    middle = float(np.concatenate([judged_one, judged_other]).mean())
+    variance = float(np.concatenate([judged_one, judged_other]).var())
+    shares = []
+    for cause in dict.fromkeys(draw.cause for draw in model.draws):
+        labels = [draw.label for draw in model.draws if draw.cause == cause]
+        swapped = state_one + _sum({k: other[k] - one[k] for k in labels}, count)
+        judged = model.used_shares(swapped)
+        if variance > 0.0:
+            first = float(((judged_other - middle) * (judged - judged_one)).mean()) / variance
+            total = 0.5 * float(((judged_one - judged) ** 2).mean()) / variance
+            shares.append(SobolShare(cause, first, total))
+        else:
+            shares.append(SobolShare(cause, 0.0, 0.0))
+    linear = abs(sum(each.first for each in shares) - 1.0) <= LINEAR
+    return SobolShares(count, linear, tuple(sorted(shares, key=lambda each: -each.total)))
+
+
+def _sampled(model: LinearModel, label: str, prefix: str, seed: int, count: int) -> Array:
+    draw = next(draw for draw in model.draws if draw.label == label)
+    return draw.sampled(seed, count, "random", prefix)
+
+
+def _sum(changes: Mapping[str, Array], count: int) -> Array:
+    total = np.zeros((count, 4))
+    for each in changes.values():
+        total = total + each
+    return total

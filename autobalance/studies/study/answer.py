@@ -7,8 +7,8 @@ from typing import Annotated, Literal, Self
 
 from autobalance.declare import INLINE, Count, NotNegative, Ordinal, Pair, Positive, Sha256, record
 from autobalance.job.model import Distribution, Sampling
+from autobalance.report.records.answers import JobReport
 from autobalance.report.records.balance import Tolerance
-from autobalance.report.records.head import JobReport
 from autobalance.rigid_rotor.tolerance import Outcome
 from autobalance.studies.study.monte_carlo import StudyAnswer, StudyFindings
 

@@ -13,8 +13,8 @@ from autobalance.correction import KINDS
 from autobalance.errors import JobError
 from autobalance.job import PartWeights, Weight
 from autobalance.job.model import Distribution
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.running_gear.balance_factor import bob_weight_moments
+from autobalance.rigid_rotor.unbalance import Moments
+from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.studies.study.input import study_options
 from autobalance.studies.study.linear_model import Draw, axis_effect, effect_of, shift_effect, turn_effect
 from autobalance.studies.study.plan import Plan

@@ -13,8 +13,8 @@ from autobalance.balancing import rotor_from_job
 from autobalance.correction import KINDS
 from autobalance.correction.contract import Cut
 from autobalance.job import EngineParts, PartWeights
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.running_gear.balance_factor import bob_weight_moments
+from autobalance.rigid_rotor.unbalance import Moments
+from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.studies.study import causes
 from autobalance.studies.study.causes import TABLES, heavier, square_to

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 from autobalance.declare import FILLED, NOT_NEGATIVE, Key, Range, keys_of, made
-from autobalance.job.addon_tables import AddonTables, TablesRead
 from autobalance.job.model import Distribution, Sampling
+from autobalance.job.tables import AddonTables, TablesRead
 
 if TYPE_CHECKING:
     from autobalance.job.read import Job

@@ -11,10 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
-from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.studies.study.draws import (
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
+from autobalance.studies.study.statistics import (
     Z_95,
     Distribution,
     Sampling,

@@ -5,17 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from autobalance.balancing import rotor_from_job
+from autobalance.balancing.engine_from_job import with_oil
 from autobalance.balancing.loop import Result
 from autobalance.balancing.measured import Crank
 from autobalance.balancing.measured_crank import measure_crank, work_on_faces
-from autobalance.balancing.oil_from_job import with_oil
-from autobalance.balancing.rotor import Rotor
+from autobalance.balancing.rotor_from_job import Rotor
 from autobalance.balancing.run import balanced_record, rotor_of
 from autobalance.job import Job
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
-from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.running_gear.balance_factor import bob_weight_moments
+from autobalance.rigid_rotor.unbalance import Moments, Unbalance
+from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.runtime import Notify, Stopwatch
 
 

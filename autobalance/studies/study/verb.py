@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.errors import UsageError
-from autobalance.report.plot_files import Plots
+from autobalance.report.plots import Plots
 from autobalance.runtime import Progress, no_progress
 from autobalance.studies.study.input import study_options
 from autobalance.types import Array
-from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.declaration import documented
 from autobalance.verbs.progress import telling
 from autobalance.verbs.result import VerbResult
 
@@ -54,7 +54,7 @@ class StudyResult(VerbResult):
     def text(self, units: str = "metric") -> str:
         """Return the study as lines for people."""
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.studies.study.text import study_text
+        from autobalance.studies.study.show import study_text
 
         return study_text(self.content, ON_SCREEN[units])
 
@@ -62,7 +62,7 @@ class StudyResult(VerbResult):
         """Return the study as a page for a browser, with its plots where what draws them is installed."""
         from importlib.util import find_spec
 
-        from autobalance.report.page.summary import summary_page
+        from autobalance.report.page.templates import summary_page
 
         drawn = self.plots().values() if find_spec("matplotlib") is not None else ()
         plots = [each._repr_svg_() for each in list(drawn)[:PLOTS_SHOWN]]
@@ -70,7 +70,7 @@ class StudyResult(VerbResult):
 
     def plots(self) -> Plots:
         """Return a histogram of what is used of the permissible value, and a tornado of the causes."""
-        from autobalance.studies.study.plots import study_plots
+        from autobalance.studies.study.show import study_plots
 
         return Plots(study_plots(self.content, self.shares))
 
@@ -126,8 +126,8 @@ def study(
         If nothing has a ±, or the job is wrong.
     """
     from autobalance.studies.study.monte_carlo import Sampler, study_of
+    from autobalance.studies.study.show import ABOVE_OUTCOME, study_report, study_series
     from autobalance.studies.study.study_plan import studied_plan
-    from autobalance.studies.study.values import ABOVE_OUTCOME, study_report, study_series
     from autobalance.studies.workers import workers_of
     from autobalance.verbs.crank_job import is_crank, job_given
 

@@ -13,8 +13,8 @@ from autobalance.balancing.measured import Crank
 from autobalance.declare import NEWTONS, Floats, NewtonMetres, NotNegative, Positive
 from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.engines.cycle.factors import MainLoads
+from autobalance.engines.cycle.firing import firing_engine
 from autobalance.engines.cycle.firing_engine import FiringEngine
-from autobalance.engines.cycle.firing_from_job import firing_engine
 from autobalance.engines.cycle.free_run import FreeRun, free_run
 from autobalance.job import Job
 from autobalance.running_gear.whole_engine import Engine

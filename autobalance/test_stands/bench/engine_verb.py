@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from autobalance import job as jobs
-from autobalance.report.plot_files import Plots
+from autobalance.report.plots import Plots
 from autobalance.runtime import Progress, no_progress
 from autobalance.test_stands.bench.answer import (
     BenchVariant,
@@ -38,13 +38,13 @@ class EngineBenchResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the variants as lines for people; always metric."""
-        from autobalance.test_stands.bench.engine_text import engine_bench_text
+        from autobalance.test_stands.bench.engine_show import engine_bench_text
 
         return engine_bench_text(self.content)
 
     def plots(self) -> Plots:
         """Return torque over the cycle, bearing loads and acceleration over the speed, and the run-up."""
-        from autobalance.test_stands.bench.engine_plots import engine_bench_plots
+        from autobalance.test_stands.bench.engine_show import engine_bench_plots
 
         return Plots(engine_bench_plots(self.content, self.curves))
 
@@ -92,7 +92,7 @@ def engine_bench(
 def _variant(
     stand: EngineBench, variant: Variant, cranks: dict[tuple[str, ...], Crank]
 ) -> tuple[BenchVariant, VariantCurves, tuple[str, ...]]:
-    from autobalance.engines.cycle.firing_from_job import check_cycle
+    from autobalance.engines.cycle.firing import check_cycle
     from autobalance.test_stands.bench.engine_variants import FiringVariant, VariantCurves
 
     own = () if variant.crank is None else (f"crankshaft.file={str(variant.crank.resolve())!r}",)

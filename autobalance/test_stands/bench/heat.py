@@ -13,7 +13,7 @@ from scipy.optimize import least_squares
 from scipy.stats import t as student
 
 from autobalance.declare import RPM, NotNegative, Positive, record
-from autobalance.engines.bearings.warming import HeatPath, Stage, Warming, steady_temperature_C, warming
+from autobalance.engines.bearings.fed_states import HeatPath, Stage, Warming, steady_temperature_C, warming
 from autobalance.test_stands.bench.keys import Fitted
 from autobalance.test_stands.bench.rotor import (
     BenchBearings,

@@ -11,10 +11,10 @@ from typing import Any
 
 from autobalance.declare import Values, names
 from autobalance.engines.bearings.cases import RollingCase
+from autobalance.engines.bearings.fed_states import HeatPath
 from autobalance.engines.bearings.film import JournalBearing
 from autobalance.engines.bearings.input import parse_bearing
 from autobalance.engines.bearings.oil import WaltherOil
-from autobalance.engines.bearings.warming import HeatPath
 from autobalance.engines.cycle.windage import Air
 from autobalance.errors import JobError
 from autobalance.test_stands.bench.heat import BearingHeat, TimedReading

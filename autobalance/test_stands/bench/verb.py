@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from autobalance.errors import JobError
-from autobalance.report.plot_files import Plots
+from autobalance.report.plots import Plots
 from autobalance.runtime import Progress
 from autobalance.test_stands.bench.answer import (
     BenchComparison,
@@ -25,7 +25,7 @@ from autobalance.test_stands.bench.answer import (
     WrittenRotor,
 )
 from autobalance.units import G_PER_KG, RAD_S_PER_RPM
-from autobalance.verbs.common_parameters import documented
+from autobalance.verbs.declaration import documented
 from autobalance.verbs.result import VerbResult
 
 if TYPE_CHECKING:
@@ -56,13 +56,13 @@ class BenchResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the bench as lines for people; always SI."""
-        from autobalance.test_stands.bench.text import bench_text
+        from autobalance.test_stands.bench.show import bench_text
 
         return bench_text(self.content)
 
     def plots(self) -> Plots:
         """Return speed and torque over time, windage by speed, and the bearings' temperature in a course."""
-        from autobalance.test_stands.bench.plots import bench_plots
+        from autobalance.test_stands.bench.show import bench_plots
 
         return Plots(bench_plots(self.content, self.traces, self.heat, self.windage_at))
 

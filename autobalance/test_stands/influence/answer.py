@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 from autobalance.declare import Angle, NotNegative, Pair, Positive, record
-from autobalance.report.records.head import Head
+from autobalance.report.records.answers import Head
 
 Place = int | str
 Reading = Annotated[Pair, "amplitude and phase, in the sense in which the file counts phases"]

@@ -12,11 +12,15 @@ import numpy as np
 
 from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Key, Values, keys_of, made
 from autobalance.errors import JobError
-from autobalance.job.files.reading_keys import AS_READ
+from autobalance.job.files.reading import AS_READ
 from autobalance.test_stands.influence.fitted_weights import Fitting
-from autobalance.test_stands.influence.influence_coefficients import Trial, changes
-from autobalance.test_stands.influence.limited_weights import Goal
-from autobalance.test_stands.influence.trial_records import RECORDS_KEYS, with_recorded_readings
+from autobalance.test_stands.influence.limited_weights import (
+    RECORDS_KEYS,
+    Goal,
+    Trial,
+    changes,
+    with_recorded_readings,
+)
 from autobalance.toml_files.document import text_of, toml_of
 from autobalance.toml_files.keys import named_in, read_document
 from autobalance.types import Array, Complex

@@ -1,18 +1,122 @@
-"""Correction weights under limits: the least squares or the least worst residual, a convex cone program.
-
-A primal barrier method with Newton steps: a few dozen small linear systems, and the distance to the optimum
-is bounded by the number of cones over the barrier's weight, so the accuracy is known.
-"""
+"""Influence coefficients from readings with trial weights, and correction weights under limits."""
 
 from __future__ import annotations
 
+import cmath
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from autobalance.test_stands.influence.influence_coefficients import least_squares
+from autobalance.declare import POSITIVE, keys_of, made
+from autobalance.errors import AutobalanceError, JobError
+from autobalance.toml_files.keys import read
 from autobalance.types import Array, Complex
+from autobalance.units import wrapped_deg
+
+# Influence coefficients: effect of a unit unbalance in each plane on each reading, by trial weights.
+#
+# Readings and weights are complex: amplitude and phase of a reading, size and angle of a weight. Readings
+# may be of any sensors at any speeds, in any unit; the rotor may be flexible. M readings, N planes, N ≤ M.
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A run with a trial weight in one plane: the weight [g·mm] as a complex number, the readings (M,).
+
+    ``left_on``: the weight stays on the rotor for the following runs.
+    """
+
+    plane: int
+    weight_g_mm: complex
+    readings: Complex
+    left_on: bool = False
+
+
+def changes(initial: Complex, trials: Sequence[Trial]) -> list[Complex]:
+    """Return the change of the readings by each trial weight alone, each (M,).
+
+    The reference is the last run whose weight was left on, else the initial readings.
+    """
+    coefficients, without = [], initial
+    for trial in trials:
+        coefficients.append(trial.readings - without)
+        without = trial.readings if trial.left_on else without
+    return coefficients
+
+
+def influence_coefficients(initial: Complex, trials: Sequence[Trial], planes: int) -> Complex:
+    """Return the influence coefficients α, (M, N) complex, reading per g·mm added.
+
+    α_ij = Δ_i/w_j [1]_; where a plane has several trials, the least-squares fit Σ w̄ Δ/Σ|w|².
+
+    Parameters
+    ----------
+    initial : (M,) complex
+        Readings of the rotor without trial weights.
+    trials : sequence of Trial
+        In the order of their runs; at least one for each plane.
+    planes : int
+        Number of planes, N.
+
+    References
+    ----------
+    .. [1] T. P. Goodman, A least-squares method for computing balance corrections, J. Eng. Ind. 86 (1964).
+
+    Examples
+    --------
+    >>> influence_coefficients(np.array([1.0 + 0j]), [Trial(0, 2.0, np.array([1.0 + 4.0j]))], 1)
+    array([[0.+2.j]])
+    """
+    products = np.zeros((len(initial), planes), dtype=complex)
+    squares = np.zeros(planes)
+    for trial, change in zip(trials, changes(initial, trials), strict=True):
+        products[:, trial.plane] += np.conj(trial.weight_g_mm) * change
+        squares[trial.plane] += abs(trial.weight_g_mm) ** 2
+    return np.asarray(products / squares, dtype=complex)
+
+
+def left_on_g_mm(trials: Sequence[Trial], planes: int) -> Complex:
+    """Return the sum of the weights left on in each plane, (N,) complex [g·mm]."""
+    total = np.zeros(planes, dtype=complex)
+    for trial in trials:
+        if trial.left_on:
+            total[trial.plane] += trial.weight_g_mm
+    return total
+
+
+def condition(influence: Complex, reading_weights: Array) -> tuple[float, Array]:
+    """Return σ_max/σ_min of the weighted coefficients, columns scaled to length 1, and the planes' shares.
+
+    Shares (N,) are the magnitudes of the weakest combination of weights: large for planes that the readings
+    barely distinguish.
+    """
+    weighted = reading_weights[:, None] * influence
+    lengths = np.linalg.norm(weighted, axis=0)
+    if not lengths.all():
+        return math.inf, (lengths == 0.0).astype(float)
+    _, sizes, right = np.linalg.svd(weighted / lengths, full_matrices=False)
+    ratio = math.inf if sizes[-1] == 0.0 else float(sizes[0] / sizes[-1])
+    return ratio, np.abs(right[-1])
+
+
+def least_squares(influence: Complex, initial: Complex, reading_weights: Array) -> Complex:
+    """Return the weights (N,) [g·mm] that minimize Σ (v_i |initial_i + (α w)_i|)², without limits."""
+    rows: Complex = reading_weights[:, None] * influence
+    lengths = np.linalg.norm(rows, axis=0)
+    scaled, *_ = np.linalg.lstsq(rows / lengths, -reading_weights * initial, rcond=None)
+    solution: Any = scaled / lengths
+    return np.asarray(solution, dtype=complex)
+
+
+# Correction weights under limits: the least squares or the least worst residual, a convex cone program.
+#
+# A primal barrier method with Newton steps: a few dozen small linear systems, and the distance to the
+# optimum is bounded by the number of cones over the barrier's weight, so the accuracy is known.
+
 
 Goal = Literal["least_squares", "least_worst"]
 
@@ -170,3 +274,116 @@ def _length(cones: Cones, x: Array, step: Array, decrement: float) -> float:
         if (slack > 0.0).all() and (bound >= 0.0).all():
             return float(length)
         length *= 0.5
+
+
+# Readings of a trials file taken from recorded signals: an order's amplitude and phase at each sensor.
+
+
+@dataclass(frozen=True)
+class Records:
+    """``[records]``: how records give readings."""
+
+    channels: Annotated[tuple[str, ...], "sensors, in the order of the readings"]
+    tacho: Annotated[str, "channel with one pulse a turn, from which phases count"]
+    threshold: Annotated[float | None, "level that its pulses rise through (midway)"] = None
+    sample_rate: Annotated[float | None, POSITIVE, "sample rate, if the files state no rate [Hz]"] = None
+    order: Annotated[float, POSITIVE, "order of the readings"] = 1.0
+
+
+RECORDS_KEYS = keys_of(Records)
+
+
+def with_recorded_readings(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Return the tables of a trials file with its records as numbers.
+
+    ``initial`` and ``readings`` of a trial may name a record, or a list of them (one a speed): each gives a
+    reading for every channel of ``[records]``.
+
+    Parameters
+    ----------
+    values : mapping
+        As TOML is parsed.
+    folder : Path
+        The records are relative to it.
+
+    Raises
+    ------
+    JobError
+        If a record cannot be read, or has no such order; it names the key.
+    """
+    places: list[tuple[str, Any]] = [("initial", values.get("initial"))]
+    trials = values.get("trial")
+    runs = trials if isinstance(trials, list) else []
+    places += [
+        (f"trial[{number}].readings", run.get("readings"))
+        for number, run in enumerate(runs, 1)
+        if isinstance(run, Mapping)
+    ]
+    named = [where for where, reading in places if _files(reading)]
+    if not named:
+        return dict(values)
+    if not isinstance(values.get("records"), Mapping):
+        raise JobError(
+            f"records is missing; {named[0]} names a record: [records] must name its channels and tacho"
+        )
+    records = made(Records, read(values["records"], RECORDS_KEYS, "records"))
+    if not records.channels:
+        raise JobError("records.channels is an empty list; must name at least one sensor")
+    changed = dict(values)
+    if "initial" in values:
+        changed["initial"] = _taken(values["initial"], "initial", records, folder)
+    if runs:
+        changed["trial"] = [
+            {**run, "readings": _taken(run["readings"], f"trial[{number}].readings", records, folder)}
+            if isinstance(run, Mapping) and "readings" in run
+            else run
+            for number, run in enumerate(runs, 1)
+        ]
+    return changed
+
+
+def _files(reading: Any) -> list[str]:
+    """Return the records that a value names; none where it is numbers."""
+    if isinstance(reading, str):
+        return [reading]
+    named = isinstance(reading, list) and bool(reading) and all(isinstance(each, str) for each in reading)
+    return list(reading) if named else []
+
+
+def _taken(reading: Any, where: str, records: Records, folder: Path) -> Any:
+    files = _files(reading)
+    if not files:
+        return reading
+    return [
+        list(_reading(folder / file, name, records, where)) for file in files for name in records.channels
+    ]
+
+
+def _reading(file: Path, channel: str, records: Records, where: str) -> tuple[float, float]:
+    """Return amplitude and phase [°] of an order at a sensor."""
+    from autobalance.signals.analysis import Question, analyse
+    from autobalance.signals.formats import read as read_record
+
+    order = records.order
+    try:
+        analysis = analyse(
+            read_record(file, records.sample_rate),
+            Question(
+                channel=channel,
+                tacho=records.tacho,
+                threshold=records.threshold,
+                max_order=max(order, 1.0),
+                peaks=0,
+            ),
+        )
+    except AutobalanceError as error:
+        raise JobError(f"{where}: {error}") from None
+    orders = () if analysis.lines is None else analysis.lines.orders.tolist()
+    if analysis.lines is None or order not in orders:
+        raise JobError(
+            f"{where}: {file.name} has no order {order:g}; expected a half or whole one of a few turns"
+        )
+    value = complex(analysis.lines.amplitudes[orders.index(order)])
+    if not cmath.isfinite(value):
+        raise JobError(f"{where}: {file.name} has no order {order:g}: it passes half the sample rate")
+    return abs(value), wrapped_deg(math.degrees(cmath.phase(value)))

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Literal
 
 from autobalance.declare import Angle, Degrees, NotNegative, Pair, Positive, Size, Triple, record
-from autobalance.report.records.head import Head
-from autobalance.test_stands.machine.static_stand import StaticStand
+from autobalance.report.records.answers import Head
+from autobalance.test_stands.machine.balancing_machine import StaticStand
 
 
 @record

@@ -1,18 +1,33 @@
-"""Readings of balancing machines on a rigid rotor: hard and soft bearings, cradle, nodal points.
-
-Forces [g·mm/s²], displacements [mm] and moments [g·mm²/s²] are complex amplitudes x + i y that turn with the
-rotor; the argument is their angle in the rotor frame.
-"""
+"""Readings of balancing machines and of the static stand on a rigid rotor, and the depth to drill."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
+from scipy.integrate import quad
+from scipy.optimize import brentq
 
-from autobalance.declare import DEGREES, NOT_NEGATIVE, PERCENT, Named
+from autobalance.declare import (
+    DEGREES,
+    KG_M3,
+    NOT_NEGATIVE,
+    PERCENT,
+    POSITIVE,
+    Degrees,
+    Named,
+    NotNegative,
+    Range,
+)
 from autobalance.test_stands.bench.spun_rotor import SpunRotor
+from autobalance.units import G_PER_MM3_PER_KG_M3, STEEL_KG_M3
+
+# Readings of balancing machines on a rigid rotor: hard and soft bearings, cradle, nodal points.
+#
+# Forces [g·mm/s²], displacements [mm] and moments [g·mm²/s²] are complex amplitudes x + i y that turn with
+# the rotor; the argument is their angle in the rotor frame.
 
 
 def support_forces(
@@ -110,3 +125,131 @@ def noisy_readings(
     aside = noise.unbalance_g_mm * (draws[:, :, 2] + 1j * draws[:, :, 3])
     read = np.array(planes) * (1.0 + gain) * np.exp(1j * angle) + aside
     return [tuple(each) for each in read.tolist()]
+
+
+# The static stand: a rotor on level rails or rollers rolls until its heavy side is down. mm, g, s.
+
+
+STANDARD_GRAVITY_MM_S2 = 9806.65
+
+
+@dataclass(frozen=True)
+class StaticStand:
+    """Behaviour of a rotor on the stand; None where it does not move, or does not get there."""
+
+    rolls: bool
+    least_g_mm: NotNegative
+    rest_within_rad: Degrees | None
+    roll_time_s: NotNegative | None
+
+
+def static_stand(
+    unbalance_g_mm: float,
+    mass_g: float,
+    friction_lever_mm: float,
+    journal_radius_mm: float,
+    start_rad: float,
+    polar_g_mm2: float | None,
+) -> StaticStand:
+    """Return whether a rotor rolls on the stand, the tolerance of its rest, and the time to it.
+
+    It rolls when |U| > m f, and rests within asin(m f/|U|) about heavy side down.
+
+    Parameters
+    ----------
+    unbalance_g_mm : float
+        Size of the resultant.
+    mass_g : float
+        Of the rotor.
+    friction_lever_mm : float
+        Lever f of rolling friction: a moment m g f opposes the motion.
+    journal_radius_mm : float
+        Radius of the rolling journals.
+    start_rad : float
+        Angle of the heavy side to straight down at the release.
+    polar_g_mm2 : float or None
+        Inertia about the axis; None where unknown.
+    """
+    least = mass_g * friction_lever_mm
+    if not unbalance_g_mm > least:
+        return StaticStand(False, least, None, None)
+    inertia = None if polar_g_mm2 is None else polar_g_mm2 + mass_g * journal_radius_mm**2
+    time_s = None if inertia is None else roll_time_s(unbalance_g_mm, least, inertia, start_rad)
+    return StaticStand(True, least, math.asin(least / unbalance_g_mm), time_s)
+
+
+def roll_time_s(
+    unbalance_g_mm: float, least_g_mm: float, inertia_g_mm2: float, start_rad: float
+) -> float | None:
+    """Return the time from rest at an angle to heavy side down: I θ̈ = −U g sin θ + m f g while θ falls.
+
+    By energy ½ I θ̇² = g h(θ), h = U (cos θ − cos θ₀) − m f (θ₀ − θ); the time is ∫ dθ/√(2 g h/I). With
+    θ = θ₀ − s² the integrand has no pole at the start. None if it does not start, or stops on the way.
+    """
+
+    def released(theta: float) -> float:
+        # cos θ − cos θ₀ as a product: no digits are lost near the start.
+        fall = 2.0 * math.sin(0.5 * (start_rad + theta)) * math.sin(0.5 * (start_rad - theta))
+        return unbalance_g_mm * fall - least_g_mm * (start_rad - theta)
+
+    pull = unbalance_g_mm * math.sin(start_rad) - least_g_mm
+    # h has one maximum on the way, so it is positive all along if it is at the end.
+    if not (pull > 0.0 and released(0.0) > 0.0):
+        return None
+
+    def slowness(s: float) -> float:
+        return 2.0 / math.sqrt(pull) if s == 0.0 else 2.0 * s / math.sqrt(released(start_rad - s * s))
+
+    total, _ = quad(slowness, 0.0, math.sqrt(start_rad), epsabs=0.0, epsrel=1e-10, limit=200)
+    return float(total) * math.sqrt(inertia_g_mm2 / (2.0 * STANDARD_GRAVITY_MM_S2))
+
+
+# Drilling depth for the removal of an unbalance: closed forms on a flat entry. mm, g.
+
+
+POINT = Range("must be > 0 and ≤ 180", above=0.0, most=180.0)
+HoleDirection = Literal["radial", "axial"]
+
+
+@dataclass(frozen=True)
+class DrillPlace:
+    """A drill at a radius: into a flat rim towards the axis, or along the axis."""
+
+    diameter_mm: Annotated[float, POSITIVE, "diameter of the drill"]
+    radius_mm: Annotated[
+        float, POSITIVE, "radius of the rim, taken as flat; axial: radius of the hole's centre"
+    ]
+    point_angle_rad: Annotated[float, DEGREES, POINT, "point angle of the drill"] = DEGREES.read(118.0)
+    density_g_mm3: Annotated[float, KG_M3, POSITIVE, "density of the metal"] = (
+        STEEL_KG_M3 * G_PER_MM3_PER_KG_M3
+    )
+    direction: Annotated[HoleDirection, "into the rim, or along the axis"] = "radial"
+
+    @property
+    def point_mm(self) -> float:
+        """Height of the drill's point."""
+        return 0.5 * self.diameter_mm / math.tan(0.5 * self.point_angle_rad)
+
+    def unbalance_g_mm(self, depth_mm: float) -> float:
+        """Return the unbalance that a hole removes; the depth is of the full diameter, less the point."""
+        area = 0.25 * math.pi * self.diameter_mm**2
+        full, point = area * depth_mm, area * self.point_mm / 3.0
+        if self.direction == "axial":
+            return self.density_g_mm3 * (full + point) * self.radius_mm
+        at_full = self.radius_mm - 0.5 * depth_mm
+        at_point = self.radius_mm - depth_mm - 0.25 * self.point_mm
+        return self.density_g_mm3 * (full * at_full + point * at_point)
+
+    def depth_mm(self, unbalance_g_mm: float) -> float | None:
+        """Return the depth that removes an unbalance; None without such a depth.
+
+        The point alone may remove more; a radial hole removes most when its point reaches the axis.
+        """
+        deepest = self.radius_mm - self.point_mm if self.direction == "radial" else math.inf
+        if self.direction == "axial":
+            per_mm = self.density_g_mm3 * 0.25 * math.pi * self.diameter_mm**2 * self.radius_mm
+            depth = unbalance_g_mm / per_mm - self.point_mm / 3.0
+            return depth if depth >= 0.0 else None
+        if deepest <= 0.0 or not self.unbalance_g_mm(0.0) <= unbalance_g_mm <= self.unbalance_g_mm(deepest):
+            return None
+        return float(brentq(lambda d: self.unbalance_g_mm(d) - unbalance_g_mm, 0.0, deepest, xtol=1e-12))

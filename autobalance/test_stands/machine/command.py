@@ -55,7 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.errors import UsageError
 
     if arguments.wizard:
-        from autobalance.test_stands.machine.wizard import wizard
+        from autobalance.test_stands.machine.watch import wizard
 
         return wizard()
     if arguments.watch is not None:

@@ -23,7 +23,7 @@ from autobalance.declare import (
     made,
 )
 from autobalance.errors import JobError
-from autobalance.job.files.reading_keys import (
+from autobalance.job.files.reading import (
     READS,
     ROTATION,
     SPEED_RPM,
@@ -33,8 +33,7 @@ from autobalance.job.files.reading_keys import (
     Convention,
 )
 from autobalance.test_stands.bench.spun_rotor import PlanarUnbalance, PointMass, RigidBody, axisymmetric
-from autobalance.test_stands.machine.balancing_machine import Noise
-from autobalance.test_stands.machine.drilled_depth import POINT, DrillPlace
+from autobalance.test_stands.machine.balancing_machine import POINT, DrillPlace, Noise
 from autobalance.toml_files.keys import read_document
 from autobalance.units import RAD_S_PER_RPM
 

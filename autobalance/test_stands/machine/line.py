@@ -1,25 +1,121 @@
-"""``[machine.line]`` of a machine file: the lines that a machine writes, as a pattern with named groups."""
+"""Lines that a balancing machine writes, as vectors, and the settling of its readings."""
 
 from __future__ import annotations
 
+import cmath
+import math
 import re
+from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from autobalance.declare import Values
 from autobalance.errors import JobError
 from autobalance.test_stands.machine.input import MACHINE_KEYS
-from autobalance.test_stands.machine.live_reading import (
-    ONE_PLANE_GROUPS,
-    TWO_PLANE_GROUPS,
-    LineFormat,
-    Settling,
-)
 from autobalance.toml_files.keys import read_document
 from autobalance.toml_files.typed_units import unbalance_unit
 from autobalance.units import G_MM_PER
+
+# Lines of a balancing machine as vectors, and the settling of its readings; pure numbers.
+
+
+ONE_PLANE_GROUPS = ("amount", "angle")
+"""Groups of a line with one plane; ``plane`` is its name."""
+TWO_PLANE_GROUPS = ("amount_a", "angle_a", "amount_b", "angle_b")
+"""Groups of a line with both planes."""
+
+
+@dataclass(frozen=True)
+class LineFormat:
+    """Format of vectors in a machine's lines.
+
+    Attributes
+    ----------
+    pattern : re.Pattern
+        With the groups ``amount``, ``angle`` and maybe ``plane``, or those of both planes.
+    g_mm_per_unit : float
+        Of the amounts.
+    planes : (str, str)
+        The machine's names of planes A and B.
+    """
+
+    pattern: re.Pattern[str]
+    g_mm_per_unit: float
+    planes: tuple[str, str]
+
+    def vectors(self, line: str) -> dict[str, complex]:
+        """Return the vectors of a line by plane, ``A``, ``B`` or, with one plane only, ``""`` [g·mm].
+
+        Angles have the machine's own sense. A line that is not a reading gives none.
+        """
+        match = self.pattern.search(line)
+        if match is None:
+            return {}
+        groups = match.groupdict()
+        pairs: dict[str | None, tuple[str | None, str | None]]
+        if TWO_PLANE_GROUPS[0] in groups:
+            pairs = {name: (groups[f"amount_{end}"], groups[f"angle_{end}"]) for name, end in ("Aa", "Bb")}
+        else:
+            pairs = {self._name(groups.get("plane")): (groups["amount"], groups["angle"])}
+        try:
+            return {
+                name: cmath.rect(_number(amount) * self.g_mm_per_unit, math.radians(_number(angle)))
+                for name, (amount, angle) in pairs.items()
+                if name is not None and amount is not None and angle is not None
+            }
+        except ValueError:
+            return {}
+
+    def _name(self, typed: str | None) -> str | None:
+        if typed is None:
+            return ""
+        return dict(zip(self.planes, "AB", strict=True)).get(typed.strip())
+
+
+def _number(text: str) -> float:
+    """Return a number written with a point or a comma."""
+    return float(text.strip().replace(",", "."))
+
+
+@dataclass
+class Settling:
+    """Last readings of each plane, settled when all are near their mean.
+
+    Attributes
+    ----------
+    count : int
+        Readings that must agree.
+    share : float
+        Largest distance of a reading from the mean, over its magnitude.
+    least_g_mm : float
+        Lower bound of that distance.
+    """
+
+    count: int
+    share: float
+    least_g_mm: float
+    last: dict[str, deque[complex]] = field(default_factory=dict)
+
+    def add(self, plane: str, vector: complex) -> None:
+        self.last.setdefault(plane, deque(maxlen=self.count)).append(vector)
+
+    @property
+    def settled(self) -> dict[str, complex] | None:
+        """Means by plane once every plane has settled, else None; one plane of two is not enough."""
+        planes = self.last
+        if not planes or (len(planes) == 1 and "" not in planes):
+            return None
+        means = {name: sum(each) / len(each) for name, each in planes.items()}
+        for name, each in planes.items():
+            near = max(self.share * abs(means[name]), self.least_g_mm)
+            if len(each) < self.count or max(abs(one - means[name]) for one in each) > near:
+                return None
+        return dict(sorted(means.items()))
+
+
+# ``[machine.line]`` of a machine file: the lines that a machine writes, as a pattern with named groups.
 
 
 @dataclass(frozen=True)

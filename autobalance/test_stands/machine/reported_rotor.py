@@ -9,8 +9,8 @@ import numpy as np
 
 from autobalance.balancing import rotor_from_job
 from autobalance.errors import FormatError
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.running_gear.balance_factor import bob_weight_moments
+from autobalance.rigid_rotor.unbalance import Moments
+from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.test_stands.bench.spun_rotor import RigidBody
 from autobalance.verification.claims import Claims
 from autobalance.verification.premises import claimed_anatomy, claimed_job

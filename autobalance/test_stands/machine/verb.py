@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from autobalance.errors import JobError
-from autobalance.report.plot_files import Plots
+from autobalance.report.plots import Plots
 from autobalance.test_stands.machine.answer import (
     LeftUnbalance,
     MachineCorrection,
@@ -30,9 +30,9 @@ from autobalance.verbs.result import VerbResult
 
 if TYPE_CHECKING:
     from autobalance.test_stands.bench.spun_rotor import SpunRotor
+    from autobalance.test_stands.machine.balancing_machine import StaticStand
     from autobalance.test_stands.machine.input import Machine
     from autobalance.test_stands.machine.reported_rotor import ReportedRotor
-    from autobalance.test_stands.machine.static_stand import StaticStand
 
 UM_PER_MM = 1000.0
 Pair = tuple[float, float]
@@ -46,19 +46,19 @@ class MachineResult(VerbResult):
     def text(self, units: str = "metric") -> str:
         """Return the reading as lines for people."""
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.test_stands.machine.text import machine_text
+        from autobalance.test_stands.machine.show import machine_text
 
         return machine_text(self.content, ON_SCREEN[units])
 
     def plots(self) -> Plots:
         """Return a polar plot of the readings of all runs."""
-        from autobalance.test_stands.machine.plots import runs_plot
+        from autobalance.test_stands.machine.show import runs_plot
 
         return Plots(runs_plot(self.content))
 
     def files(self) -> Mapping[str, bytes]:
         """Return ``reading.toml``, the first reading in the machine's own way of counting."""
-        from autobalance.test_stands.machine.reading_toml import reading_toml
+        from autobalance.test_stands.machine.watch import reading_toml
 
         return {"reading.toml": reading_toml(self.content).encode()}
 
@@ -240,7 +240,7 @@ def _nodes(case: Machine, rotor: SpunRotor, planes_mm: Pair | None) -> list[Plan
 
 def _static(case: Machine, rotor: SpunRotor) -> tuple[StaticStand | None, list[str]]:
     """Return the reading of a static stand, and warnings."""
-    from autobalance.test_stands.machine.static_stand import static_stand
+    from autobalance.test_stands.machine.balancing_machine import static_stand
 
     if case.kind != "static" or case.stand is None:
         return None, []
