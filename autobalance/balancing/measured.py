@@ -1,7 +1,4 @@
-"""A crank as it was measured: its solid, what was recognised in it, its moments.
-
-A scan's share of the error budget, its file's bytes.
-"""
+"""A crank as it was measured: its solid, anatomy and moments, and its file's bytes."""
 
 from __future__ import annotations
 

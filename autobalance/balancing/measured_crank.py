@@ -1,7 +1,4 @@
-"""Measuring of a crank file: it is read, recognised, compared with another.
-
-Its chordal error estimated.
-"""
+"""Measuring of a crank file: read, recognised, chordal error estimated, compared."""
 
 from __future__ import annotations
 

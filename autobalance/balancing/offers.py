@@ -1,7 +1,4 @@
-"""Candidates of a job's kinds of correction on a rotor, and remedies where they fall short.
-
-Each planned before it is named.
-"""
+"""Candidates of a job's kinds of correction on a rotor, and remedies where they fall short."""
 
 from __future__ import annotations
 

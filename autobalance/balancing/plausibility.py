@@ -1,7 +1,4 @@
-"""Plausibility of a crank and a job: physics, not taste.
-
-And the signs of an engine in its crank alone.
-"""
+"""Plausibility of a crank and a job, by physics, and the signs of an engine in its crank."""
 
 from __future__ import annotations
 

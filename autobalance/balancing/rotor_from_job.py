@@ -1,7 +1,4 @@
-"""Rotor that is balanced, from a job and its crank: the solid, what hangs on the throws, the factor.
-
-What it is judged against.
-"""
+"""The rotor that is balanced: a crank with the loads, factor and tolerance of its job."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Doubts of what is typed: an axis, journal or crankpin that the file contradicts.
-
-A unit or density that makes no crank.
-"""
+"""Doubts of what is typed: values that the file contradicts, a unit that makes no crank."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Metal after the cuts: thickness of webs and walls.
-
-And each correction as it was measured tool by tool.
-"""
+"""Metal of the webs after the cuts, and corrections as measured tool by tool."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Verbs that cut nothing, as the page offers them: input, keys and options of each as forms.
-
-And their files.
-"""
+"""Verbs that cut nothing, as the page offers them: input, keys, options and files."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Checks before every request, and helpers of every endpoint: host, origin, token.
-
-Bodies within limits, errors of one line.
-"""
+"""Checks before every request, and helpers of every endpoint."""
 
 from __future__ import annotations
 

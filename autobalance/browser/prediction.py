@@ -1,7 +1,4 @@
-"""Effect of other depths, places and weights: a linear model about what was measured.
-
-Shown as one types.
-"""
+"""Effect of other depths, places and weights, by a linear model about a measured result."""
 
 from __future__ import annotations
 

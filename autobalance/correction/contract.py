@@ -1,7 +1,4 @@
-"""The values that kinds of correction, planner, loop and report exchange: cuts, their rules.
-
-Envelopes, walls, corrections.
-"""
+"""The values that kinds of correction, planner, loop and report exchange."""
 
 from __future__ import annotations
 

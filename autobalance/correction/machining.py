@@ -1,7 +1,4 @@
-"""Operations on a machine tool that cut listed corrections.
-
-And the outlines from which CAD programs draw them.
-"""
+"""Operations on a machine tool that cut listed corrections, and outlines for CAD programs."""
 
 from __future__ import annotations
 

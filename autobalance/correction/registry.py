@@ -1,7 +1,4 @@
-"""Registry of the kinds of correction, by their names and their limits.
-
-And the order in which they are made.
-"""
+"""Registry of the kinds of correction, and the order in which corrections are made."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Solids beside the crank: a connecting rod measured.
-
-And an assembly's bodies recognised by their places.
-"""
+"""Solids beside the crank: a measured connecting rod, and the bodies of an assembly."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Faces and rims that a correction can use: triangles on one plane.
-
-Or on a cylinder about the crank axis.
-"""
+"""Planar faces and rims that a correction can use."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Units and ranges of fields: endings of names, the way from one unit to the other, bounds.
-
-Patterns of texts.
-"""
+"""Units of fields by the endings of their names, and ranges, sizes and patterns of values."""
 
 from __future__ import annotations
 

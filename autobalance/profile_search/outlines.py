@@ -1,7 +1,4 @@
-"""The free part of a counterweight as a cubic B-spline, its exact area moments and gradients.
-
-And its outlines.
-"""
+"""The free part of a counterweight as a cubic B-spline, its moments, and its outlines."""
 
 from __future__ import annotations
 

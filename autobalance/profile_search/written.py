@@ -1,7 +1,4 @@
-"""Designs as solids: built, written, read again, measured, corrected.
-
-And the job that finds them within tolerance.
-"""
+"""Designs as solids: built, written, read again, measured, corrected; and their jobs."""
 
 from __future__ import annotations
 

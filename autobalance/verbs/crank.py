@@ -1,7 +1,4 @@
-"""A crank as an object: read from a file, taken from a mesh or from a CAD program's memory.
-
-Recognised and measured.
-"""
+"""A crank as an object: read, taken from a mesh or a CAD program, recognised and measured."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The declaration of a public function: name, type, default and meaning of each parameter.
-
-And the shared ones.
-"""
+"""The declaration of a public function: its parameters, and those that many share."""
 
 from __future__ import annotations
 import __future__

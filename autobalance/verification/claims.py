@@ -1,7 +1,4 @@
-"""The values of a report by dotted path, checked one by one, and those that were not checked.
-
-With reasons.
-"""
+"""The values of a report by dotted path, checked one by one, and those left unchecked."""
 
 from __future__ import annotations
 

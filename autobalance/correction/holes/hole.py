@@ -1,7 +1,4 @@
-"""Common parts of drilled holes and bores for slugs: effect, tool body, spacing.
-
-Places that a job names.
-"""
+"""Common parts of drilled holes and bores for slugs, and the places that a job names."""
 
 from __future__ import annotations
 

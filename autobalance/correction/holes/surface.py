@@ -1,7 +1,4 @@
-"""Places on the solid's own triangles: entry of a hole's line, zones of a web.
-
-The wall left beside a hole.
-"""
+"""Places of holes on the solid's own triangles: entry, zones of a web, wall left beside."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Check of what was recognised: one axis, one face, roundness.
-
-And the warnings of what could be meant otherwise.
-"""
+"""Check of an anatomy: one axis, one face, roundness; and its warnings."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""All bare cylinders and bores along a recognised crank.
-
-With the exact axes and radii of a file that keeps true surfaces.
-"""
+"""All cylinders and bores along a crank, exact where the file keeps true surfaces."""
 
 from __future__ import annotations
 

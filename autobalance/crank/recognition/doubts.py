@@ -1,7 +1,4 @@
-"""Check of a drawn crank's cylinders against its surface.
-
-And what the rules of recognition leave open.
-"""
+"""Check of cylinders against a drawn crank's surface, and readings that the rules leave open."""
 
 from __future__ import annotations
 

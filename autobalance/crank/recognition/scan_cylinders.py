@@ -1,7 +1,4 @@
-"""Bare cylinders of a scanned crank: runs of rough sections, sizes and ends.
-
-And possible faults where none are found.
-"""
+"""Bare cylinders of a scanned crank, and possible faults of a scan without any."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""A crank as a straight beam on springs, and on oil films.
-
-Which yield to the loads that its bending leaves.
-"""
+"""A crank as a straight beam, on springs and in oil films."""
 
 from __future__ import annotations
 

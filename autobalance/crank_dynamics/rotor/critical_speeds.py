@@ -1,7 +1,4 @@
-"""Critical speeds: speeds equal to a damped frequency of the spinning rotor.
-
-Also over a common stiffness.
-"""
+"""Critical speeds: of a spinning rotor, and over a common stiffness of its bearings."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""A measured crank becomes a straight rotor: shafts as flexible as its throws.
-
-Discs as heavy as parts.
-"""
+"""A measured crank as a straight rotor: shafts as flexible as its throws, parts as discs."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Fatigue in a crank's fillets: stress concentration of IACS UR M53.
-
-And safety where bending and torsion change.
-"""
+"""Fatigue in a crank's fillets: stress concentration, and safety against changing stress."""
 
 from __future__ import annotations
 

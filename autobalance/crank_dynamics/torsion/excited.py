@@ -1,7 +1,4 @@
-"""A train of inertias with what excites it: torques at stations by order and speed.
-
-And their response.
-"""
+"""A train of inertias with its exciting torques, and its response."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Strain of a train: its response to every order, its steady state.
-
-And the largest over its range of speeds.
-"""
+"""Strain of a train: by order, in the steady state, and the largest over the speeds."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Parts of a torsional train, and a chain with gears, branches, couplings and dampers as one.
-
-SI units.
-"""
+"""Parts of a torsional train, and a chain with these parts as one train. SI units."""
 
 from __future__ import annotations
 

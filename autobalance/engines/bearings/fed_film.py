@@ -1,7 +1,4 @@
-"""Oil film of a journal bearing with recesses, grooves or holes under pressure.
-
-And a film that is squeezed alone.
-"""
+"""Oil film of a journal bearing with feeds under pressure, and a squeeze film."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Bearings with recesses, grooves or holes under pressure: their input.
-
-And finite volumes of the developed bush.
-"""
+"""Bearings with feeds under pressure: their input, and finite volumes of the developed bush."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Plain journal bearing with an oil film: state at a load or an eccentricity, friction, stiffness.
-
-Damping.
-"""
+"""Plain journal bearing with an oil film: its state, friction, stiffness and damping."""
 
 from __future__ import annotations
 

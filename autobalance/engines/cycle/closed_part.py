@@ -1,7 +1,4 @@
-"""The closed part of a cycle: one zone of gas in its chamber, heat of burning.
-
-Integrals over the crank angle.
-"""
+"""The closed part of a cycle: one zone of gas in its chamber, and the heat of burning."""
 
 from __future__ import annotations
 

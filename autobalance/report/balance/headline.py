@@ -1,7 +1,4 @@
-"""First lines of a summary: the verdict, what to do, what is left of what is permitted.
-
-And relaxed limits.
-"""
+"""First lines of a summary, and the limits that would reach the tolerance."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The report as JSON values, with the entries of a stage: every key of the interface.
-
-``None`` where a thing does not apply.
-"""
+"""The report as JSON values, with the entries of a stage: every key, ``None`` if it does not apply."""
 
 from __future__ import annotations
 

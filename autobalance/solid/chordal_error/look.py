@@ -1,7 +1,4 @@
-"""Search of a mesh for smooth surfaces: plane faces.
-
-And facets that keep turning as the chords of a curve do.
-"""
+"""Search of a mesh for smooth surfaces: plane faces, and facets that keep turning."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Exact descriptions of solids, from outlines of lines and arcs.
-
-And the source of each surface of a cut one.
-"""
+"""Exact descriptions of solids from lines and arcs, and the source of each surface of a cut."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Solids with booleans, all checked, and double metal made single.
-
-This module alone reads the kernel's status.
-"""
+"""Solids with checked booleans, and double metal made single; the kernel's status is read here alone."""
 
 from __future__ import annotations
 

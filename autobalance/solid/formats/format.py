@@ -1,7 +1,4 @@
-"""Declaration of a file format: one object for each, at the end of the format's own module.
-
-Digits and bytes of files.
-"""
+"""Declaration of a file format, one object for each; digits and bytes of files."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Mass moments of a closed triangle mesh, from the divergence theorem.
-
-And metal that it counts twice, or not at all.
-"""
+"""Mass moments of a closed triangle mesh, and metal that it counts twice, or not at all."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Share of each cause in the variance.
-
-And the reduction of each ± by which enough cranks are within tolerance.
-"""
+"""Shares of the causes in the variance, and the reduction of each ± that would suffice."""
 
 from __future__ import annotations
 

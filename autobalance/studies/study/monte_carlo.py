@@ -1,7 +1,4 @@
-"""Many cranks made to one plan: how many are within tolerance.
-
-And key figures over each uncertain number.
-"""
+"""Many cranks made to one plan: their yield, and key figures over each uncertain number."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""``autobalance machine --watch`` and ``--wizard``: readings as they come, in large letters.
-
-And as reading.toml.
-"""
+"""``autobalance machine --watch`` and ``--wizard``: readings as they come."""
 
 from __future__ import annotations
 
