@@ -262,6 +262,8 @@ def near_turn(angle_deg: float, claimed_deg: float) -> float:
 # Values of a report that were not checked, with reasons.
 
 
+# Where a kind can read one of these off the metal (`correction.holes.trace` does), it is checked there: the
+# reasons below are for those that no check has touched.
 PLANNED_ONLY = "found by the planner on the surfaces around each place; the files do not keep it"
 NOT_CHECKED: Mapping[str, str] = {
     "job": "the request is taken unchecked; its consequences were checked",

@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal
 from autobalance.declare import INLINE, Count, NotNegative, Ordinal, Positive, Sha256, Values, encoded, record
 from autobalance.report.records.answers import Head
 from autobalance.rigid_rotor.tolerance import Outcome
+from autobalance.solid.formats.table import endings
 
 # The report of `batch`.
 
@@ -77,7 +78,9 @@ class BatchReport(Head):
 
 NEWEST_ROWS = 10
 OWN_WORDS = re.compile(
-    r"\S*/\S*|\S+\.(?:stl|obj|ply|off|3mf|glb|step|stp|toml|xlsx)\b|[-+±]?\d[\d.,]*(?:[eE][-+]?\d+)?"
+    rf"\S*/\S*|\S+(?:{'|'.join(map(re.escape, (*endings(), '.toml', '.xlsx')))})\b"
+    r"|[-+±]?\d[\d.,]*(?:[eE][-+]?\d+)?",
+    re.IGNORECASE,
 )
 """Files and numbers of a message, which differ from row to row."""
 
