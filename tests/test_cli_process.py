@@ -138,7 +138,7 @@ def test_ctrl_c_in_the_middle_leaves_nothing_half_written(fresh: bool, sent: str
 ADVISING = """
 import os, signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from autobalance.balancing import remedies
+from autobalance.balancing import offers
 from autobalance.command import main
 from autobalance.runtime import uninterrupted
 from tests.watched import watched
@@ -151,7 +151,7 @@ def press(*_):
             os.kill(os.getppid(), signal.SIGINT)
             signal.sigtimedwait([], 0.2)
 
-with watched(remedies.relaxations, tell=press):
+with watched(offers.relaxations, tell=press):
     code = main()
 sys.exit(code)
 """

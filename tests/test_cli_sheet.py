@@ -117,7 +117,7 @@ def test_a_report_whose_datums_were_emptied_is_one_line(
     """Its angles count from a keyway or a flange's hole that it no longer has."""
     report = jobs.report_of(out)
     datums: dict[str, object] = {"keyways": [], "flanges": [], "faces": []}
-    datums["angle"] = {"of": emptied.removesuffix("s"), "angle_deg": 100.25}
+    datums["angle"] = {"of": {"keyways": "keyway", "flanges": "flange_hole"}[emptied], "angle_deg": 100.25}
     report["crank"]["datums"] = datums
     spoilt = tmp_path / "report.json"
     spoilt.write_text(json.dumps(report), encoding="utf-8")

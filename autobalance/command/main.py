@@ -16,7 +16,7 @@ from typing import Any, NoReturn, TextIO
 from autobalance import registry
 from autobalance.command import objects
 from autobalance.command.console import complain, fail, open_closed_streams, warn, written
-from autobalance.command.options import CommandGroups
+from autobalance.command.help_groups import CommandGroups
 from autobalance.errors import AutobalanceError, DecimalCommaWarning, UsageError, system_reason
 from autobalance.registry import VERBS
 from autobalance.runtime import (

@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 
 from autobalance.command import readers
 from autobalance.command.console import add_objects
-from autobalance.command.options import add_json, most_used_first
+from autobalance.command.help_groups import most_used_first
+from autobalance.command.options import add_json
 from autobalance.verbs.declaration import REQUIRED, Parameter, parameters_of
 
 Keywords = dict[str, Any]

@@ -13,8 +13,8 @@ from typing import Any, get_args
 import pytest
 
 import autobalance
+from autobalance.command.help_groups import OTHERS, grouped
 from autobalance.command.main import full_parser
-from autobalance.command.options import OTHERS, grouped
 from autobalance.command.verb import Verb
 from autobalance.registry import VERBS as COMMANDS
 from autobalance.verbs.declaration import REQUIRED, parameters_of
