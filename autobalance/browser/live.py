@@ -12,7 +12,8 @@ from starlette.routing import Route
 
 from autobalance.browser.analyses import analyses
 from autobalance.browser.forms import limits, tables
-from autobalance.browser.guard import body_of, file_of, packed, refused
+from autobalance.browser.guard import body_of, file_of, jsonable, packed, refused
+from autobalance.browser.opening import job_of
 from autobalance.browser.prediction import DRAGGED_KEYS, predicted, preview
 from autobalance.browser.project import named_files
 from autobalance.browser.work import CARDS, MESH, MODEL, VIEW, WEBS
@@ -20,6 +21,7 @@ from autobalance.errors import AutobalanceError
 from autobalance.toml_files.document import toml_text
 
 if TYPE_CHECKING:
+    from autobalance.browser.cranks import CrankNames
     from autobalance.browser.project import Project
     from autobalance.browser.runs import Runs
 
@@ -31,11 +33,13 @@ MOST_SIGN = 4
 class Live:
     """The endpoints."""
 
-    def __init__(self, project: Project, runs: Runs) -> None:
-        self._project, self._runs = project, runs
+    def __init__(self, project: Project, runs: Runs, names: CrankNames) -> None:
+        self._project, self._runs, self._names = project, runs, names
 
     def routes(self) -> list[Route]:
         return [
+            Route("/api/start", self.start),
+            Route("/api/project", self.project),
             Route("/api/kinds", self.kinds),
             Route("/api/index-test", self.index_test, methods=["POST"]),
             Route("/api/polars", self.polars, methods=["POST"]),
@@ -52,18 +56,47 @@ class Live:
             Route("/api/runs/{run}/preview", self.preview, methods=["POST"]),
         ]
 
+    async def start(self, request: Request) -> Response:
+        """Return what a page needs first: forms, project, runs, and what it asks next of the runs that it shows.
+
+        ``run`` is the result that the page showed last.
+        """
+        project, runs = self._told(), self._runs.all()
+        crank = project["job"].get("crankshaft", {}).get("file")
+        own = [each for each in runs if each["state"] == "done" and each["crank"] in (crank, None)]
+        looked = [each["id"] for each in own if each["verb"] == "inspect"]
+        made = [each["id"] for each in own if each["verb"] in ("balance", "recut")]
+        before = request.query_params.get("run")
+        shown = [*looked[-1:], *([before] if before in made else made[-1:])]
+        answers = {
+            f"/api/runs/{run}/{name}": json.loads(path.read_text(encoding="utf-8"))
+            for run in shown
+            for name, path in (
+                ("report", self._project.result(run, REPORT)),
+                ("model", self._project.own(run, MODEL)),
+            )
+            if path is not None
+        }
+        forms = await run_in_threadpool(_forms)
+        values = {"forms": forms, "project": project, "runs": runs, "answers": answers}
+        return packed(request, json.dumps(values, ensure_ascii=False).encode(), "application/json")
+
+    async def project(self, _: Request) -> Response:
+        """Return the project: its files, the job as text and as tables."""
+        return JSONResponse(self._told())
+
+    def _told(self) -> dict[str, Any]:
+        return {
+            "files": self._project.files(),
+            "cranks": self._names.told(),
+            "job_text": self._project.job_text,
+            "job_version": self._project.job_version,
+            "job": jsonable(job_of(self._project)),
+        }
+
     async def kinds(self, request: Request) -> Response:
         """Return the source of the page's forms: kinds, tables and analyses, usual parts, grades, presets."""
-        from autobalance.drawn_cranks.design import PRESETS
-        from autobalance.job.balance import LISTED_CUTS
-        from autobalance.job.template import USUAL_PARTS
-        from autobalance.rigid_rotor.tolerance import GRADES
-
-        listed, forms, offered = await run_in_threadpool(lambda: (kinds(), tables(), analyses()))
-        grades = [{"grade": each.grade_mm_s, "machinery": each.what} for each in GRADES]
-        made_of: dict[str, Any] = {"kinds": listed, "tables": forms, "parts": USUAL_PARTS, "grades": grades}
-        made_of["listed"] = [key.name for key in LISTED_CUTS.keys]
-        values = {**made_of, "presets": list(PRESETS), "analyses": offered}
+        values = await run_in_threadpool(_forms)
         return packed(request, json.dumps(values, ensure_ascii=False).encode(), "application/json")
 
     async def index_test(self, request: Request) -> Response:
@@ -177,6 +210,23 @@ class Live:
     def _json(self, request: Request, name: str) -> Any:
         path = self._project.own(request.path_params["run"], name)
         return None if path is None else json.loads(path.read_text(encoding="utf-8"))
+
+
+def _forms() -> dict[str, Any]:
+    from autobalance.drawn_cranks.design import PRESETS
+    from autobalance.job.balance import LISTED_CUTS
+    from autobalance.job.template import USUAL_PARTS
+    from autobalance.rigid_rotor.tolerance import GRADES
+
+    return {
+        "kinds": kinds(),
+        "tables": tables(),
+        "parts": USUAL_PARTS,
+        "grades": [{"grade": each.grade_mm_s, "machinery": each.what} for each in GRADES],
+        "listed": [key.name for key in LISTED_CUTS.keys],
+        "presets": list(PRESETS),
+        "analyses": analyses(),
+    }
 
 
 def _polar(values: Any) -> str:

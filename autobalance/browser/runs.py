@@ -6,6 +6,7 @@ import hashlib
 import json
 import multiprocessing
 import os
+import re
 import secrets
 import signal
 import sys
@@ -17,6 +18,7 @@ from datetime import UTC, datetime
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from autobalance import registry
 from autobalance.browser.guard import jsonable
 from autobalance.browser.opening import job_of
 from autobalance.browser.project import ABOVE_EXIT_CODE, APP_FOLDER, RUN_ID, RUNS, STATE, Project
@@ -38,8 +40,23 @@ GRACE_S = 1.0
 ENDED_STATES = ("done", "failed", "cancelled")
 MOST_CHANGES = 20
 """Changed keys of the job that a run lists."""
-OF_NO_CUT = ("job", "shop.name", "shop.logo", "shop.units")
+OF_PAPERS = ("job", "shop.name", "shop.logo", "shop.units")
 """Keys and tables of a job that appear on sheets only: after a change a result still belongs to the job."""
+OF_LOADS = (
+    "engine.rod_length_mm",
+    "engine.layout.bank_deg",
+    "engine.layout.rod_pitch_mm",
+    "engine.layout.offset_mm",
+    "engine.throw.bank_deg",
+    "engine.rod.big_end_g",
+    "engine.rod.small_end_g",
+    "engine.rod.inertia_kg_mm2",
+    "shafts",
+    *registry.JOB_TABLES,
+)
+"""Keys and tables that change loads and no cut: no plan reads them, nor the tables of add-ons."""
+CUTTING = ("balance", "recut", "compare")
+"""Verbs that plan cuts."""
 PRELOADED_MODULES = (
     "autobalance.browser.preload",
     "PIL.ImageDraw",
@@ -201,7 +218,7 @@ class Runs:
     def _state(self, run: Run, job: dict[str, Any]) -> dict[str, Any]:
         """Return a run as the page has it; ``changes`` are the later differences of the project's ``job``."""
         made_of = self._made_of(run)
-        changes = [] if made_of is None else [*filter(_of_a_cut, differences(made_of, job))]
+        changes = [] if made_of is None else _changes(run.verb, made_of, job)
         folder = self._project.run_folder(run.id)
         whole = run.state == "done" and folder.is_dir()
         return {
@@ -283,8 +300,15 @@ class Runs:
             self._project.forget(run.id)
 
 
-def _of_a_cut(change: Difference) -> bool:
-    return not any(f"{change.key}.".startswith(f"{key}.") for key in OF_NO_CUT)
+def _changes(verb: str, was: dict[str, Any], now: dict[str, Any]) -> list[Difference]:
+    """Return the changes of a job after which a verb's result is of an earlier job."""
+    without = (*OF_PAPERS, *(OF_LOADS if verb in CUTTING else ()))
+
+    def is_read(change: Difference) -> bool:
+        path = re.sub(r"\[\d+\]", "", change.key)
+        return not any(f"{path}.".startswith(f"{key}.") for key in without)
+
+    return [*filter(is_read, differences(was, now))]
 
 
 def _fingerprint(job: dict[str, Any]) -> str:

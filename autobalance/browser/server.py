@@ -111,7 +111,8 @@ class Pages:
 
     def __init__(self, project: Project, runs: Runs, keys: Keys, max_upload_bytes: int) -> None:
         self._project, self._runs, self._keys, self._most = project, runs, keys, max_upload_bytes
-        self._live, self._names = Live(project, runs), CrankNames(project)
+        self._names = CrankNames(project)
+        self._live = Live(project, runs, self._names)
         self._openings = 0
         self._joined = {"page.js": (script(), TYPES[".js"]), "page.css": (style(), TYPES[".css"])}
 
@@ -120,7 +121,6 @@ class Pages:
             Route("/", self.page),
             Route("/static/{name}", self.static),
             Route("/api/health", self.health),
-            Route("/api/project", self.project),
             Route("/api/job", self.keep_job, methods=["PUT"]),
             Route("/api/job/text", self.type_job, methods=["PUT"]),
             Route("/api/files", self.upload, methods=["POST"]),
@@ -183,18 +183,6 @@ class Pages:
         return JSONResponse({"ok": True, "version": __version__})
 
     # --- the project ----------------------------------------------------------------------------------------
-
-    async def project(self, _: Request) -> Response:
-        """Return the project: its files, the job as text and as tables."""
-        return JSONResponse(
-            {
-                "files": self._project.files(),
-                "cranks": self._names.told(),
-                "job_text": self._project.job_text,
-                "job_version": self._project.job_version,
-                "job": jsonable(job_of(self._project)),
-            }
-        )
 
     async def keep_job(self, request: Request) -> Response:
         """Keep the page's job as ``job.toml`` and give its text."""

@@ -130,3 +130,14 @@ def test_the_page_is_there_after_few_requests(window: Browser, tmp_path: Path) -
         load(window, empty)
         asked = window.requests()
     assert len(asked) < 15, asked
+
+
+def test_the_page_of_a_project_with_a_result_is_there_after_few_requests(
+    window: Browser, project: Served
+) -> None:
+    project.ask("/api/job", small.DRILLED, "PUT")
+    window.requests()
+    load(window, project)
+    until(window, "return document.querySelector('#strip svg') !== null")
+    asked = window.requests()
+    assert len(asked) < 15, "\n".join(asked)

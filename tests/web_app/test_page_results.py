@@ -297,6 +297,9 @@ def test_analyses_of_the_job_are_computed_and_drawn(
 
 
 def test_a_question_asks_only_for_what_is_missing(page: Browser, project: Served) -> None:
+    for told in project.ask("/api/runs").json["runs"]:
+        if told["verb"] not in ("inspect", "balance"):  # answers of tests before
+            assert project.ask(f"/api/runs/{told['id']}", method="DELETE").status == 200
     engine = {key: value for key, value in small.DRILLED["engine"].items() if key != "rod_length_mm"}
     project.ask("/api/job", {**small.DRILLED, "engine": engine}, "PUT")
     load(page, project)

@@ -66,6 +66,9 @@ def test_a_result_is_grey_while_the_job_says_otherwise(page: Browser) -> None:
     put(page, key_job_customer="Ann")  # stands on papers alone
     job_text(page, "Ann")
     assert page.run(TONE) == "warn"
+    put(page, key_engine_rod_length_mm="120")  # changes loads and no cut
+    job_text(page, "rod_length_mm = 120")
+    assert page.run(TONE) == "warn"
     grams(page, "460,5")
     until(page, IS, "stale")
     assert text_of(page, "job-changed") == "Piston: 500 → 460.50"

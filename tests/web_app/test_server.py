@@ -458,6 +458,43 @@ def test_a_run_says_whose_crank_it_is_and_what_the_job_says_since(app: Served) -
     assert listed[told["id"]] is True
 
 
+OTHER_LOADS = {
+    "engine": {
+        **small.DRILLED["engine"],
+        "rod_length_mm": 140.0,
+        "rod": {"big_end_g": 250.0, "small_end_g": 150.0, "inertia_kg_mm2": 1300.0},
+        "layout": {"bank_deg": [20.0], "offset_mm": 2.0, "rod_pitch_mm": 1.0},
+    },
+    "cycle": {"bore_mm": 76.8, "compression_ratio": 13.0, "heat_J": 600.0, "firing_order": [1]},
+    "strength": {"pin_fillet_mm": 2.0, "material": {"tensile_MPa": 900.0}},
+    "study": {"sampling": "latin_hypercube"},
+    "shafts": [{"order": 1, "sense": "backward", "product_g_mm": 900.0}],
+    "job": {"customer": "Ann"},
+}
+"""Changes of the small crank's job that no plan reads."""
+
+
+def test_what_changes_loads_alone_leaves_the_cuts_and_their_result_as_they_are(app: Served) -> None:
+    small.crank(app.project)
+    loads = {**small.DRILLED, **OTHER_LOADS}
+    before, after = (
+        ab.balance(ab.Job.from_dict(each, folder=app.project)).report for each in (small.DRILLED, loads)
+    )
+    assert before["corrections"] == after["corrections"]
+    assert before["residual"] == after["residual"]
+    assert before["forces"] != after["forces"]
+    cut, forces = (small.ran(app, verb, small.DRILLED) for verb in ("balance", "forces"))
+    app.ask("/api/job", loads, "PUT")
+    assert app.ask(f"/api/runs/{cut}").json["job_changed"] is False
+    since = app.ask(f"/api/runs/{forces}").json
+    assert {"key": "engine.rod_length_mm", "was": 110.0, "now": 140.0} in since["changes"]
+    assert "job.customer" not in {each["key"] for each in since["changes"]}
+    heavier = {**loads["engine"], "rotating_g": {"rod": 401.0}}
+    app.ask("/api/job", {**loads, "engine": heavier}, "PUT")
+    changes = app.ask(f"/api/runs/{cut}").json["changes"]
+    assert changes == [{"key": "engine.rotating_g.rod", "was": 400, "now": 401}]
+
+
 def test_a_reading_without_the_machines_figures_takes_the_usual_ones(app: Served) -> None:
     told = app.ended(app.ask("/api/runs", {"verb": "balance", "job": job()}).json["id"])
     report = app.ask(f"/api/runs/{told['id']}/report").json

@@ -18,8 +18,20 @@ const asking = {}; // verb → the needs that were open when it was looked at: t
 export function setUp() {
   mount(Questions, $("panel-analyse"));
   mount(Answer, $("answer"));
+  on("selected", looked);
+  on("forgotten", () => { waiting = []; });
   on("saved", behind(async () => { if (done.value.length) list((await askJson("/api/runs")).runs); })); // a number may be an earlier job's now
 }
+// Answers of before: asked for once somebody looks at the questions.
+let waiting = [];
+export function later(runs) { waiting = runs; }
+export const looked = behind(async (tab) => {
+  if (tab !== "analyse" || !waiting.length) return;
+  const runs = waiting;
+  waiting = [];
+  list((await askJson("/api/runs")).runs); // a number may be an earlier job's now
+  for (const told of runs) if (!answerOf(told.verb)) await show(told);
+});
 export const known = (verb) => state.analyses.some((each) => each.verb === verb);
 
 export const run = guarded(async () => {

@@ -1,6 +1,6 @@
 // The page: what the user knows goes into a job, the server's functions do the work, their numbers are shown.
 import { $ } from "/static/tools.js";
-import { askJson, behind, guarded, knows, say } from "/static/server.js";
+import { askJson, behind, came, guarded, knows, say } from "/static/server.js";
 import { CRANKS, brought, emit, on, state } from "/static/job.js";
 import { ending } from "/static/tools.js";
 import * as analyse from "/static/analyse.js";
@@ -78,7 +78,8 @@ view.onpick = (hit) => { if (current === "open") open.pickedInModel(hit); else i
 // --- start ------------------------------------------------------------------------------------------------
 
 async function begin() {
-  const declared = await askJson("/api/kinds");
+  const before = place.left(), first = await askJson(`/api/start${before.run ? `?run=${before.run}` : ""}`), declared = first.forms;
+  came(first.answers);
   Object.assign(state, { declared, usual: declared.parts, presets: declared.presets, analyses: declared.analyses });
   translated(document.body);
   limits.setUp(declared.kinds);
@@ -87,16 +88,17 @@ async function begin() {
   for (const each of [dragPanels, parts, jobText, analyse, board, machine, nc, settings, helpLine, webs, history, frame]) each.setUp();
   clash.setUp($("clash-root"));
   mount(Toast, $("toast-root"));
-  proposed(await brought(() => askJson("/api/project")));
-  const told = (await askJson("/api/runs")).runs;
+  proposed(await brought(async () => first.project));
+  const told = first.runs;
   runs.list(told);
-  const before = place.left();
   const own = told.filter((each) => see.isOfThis(each) && each.state === "done"), made = own.filter((each) => ["balance", "recut"].includes(each.verb));
-  const shown = made.find((each) => each.id === before.run) || made.pop(), last = (verb) => own.filter((each) => each.verb === verb).pop(), compared = last("compare");
-  for (const each of told.filter((run) => run.verb === "inspect" && run.state === "done").reverse()) if (await opened(each)) break;
+  const shown = made.find((each) => each.id === before.run) || made.pop(), last = (verb) => own.filter((each) => each.verb === verb).pop(), looked = last("inspect");
+  if (looked) await opened(looked);
   if (shown) await see.show(shown);
-  if (compared) await board.board(compared);
-  for (const { verb } of state.analyses) { const done = last(verb); if (done) await analyse.show(done); }
+  analyse.later(state.analyses.flatMap(({ verb }) => last(verb) || []));
+  board.later(last("compare"));
+  if (before.tab === "correct") await board.looked("correct");
+  if (before.tab === "analyse") await analyse.looked("analyse");
   select($(`tab-${before.tab}`) || tabs[0]);
   $("panels").scrollTop = before.top || 0;
   scrollTo(0, before.page || 0);
@@ -111,12 +113,8 @@ function proposed(found) {
   redraw();
 }
 
-// Show the crank of an inspection, if it is still that of the job; say whether it is.
-async function opened(told) {
-  const asked = await askJson(`/api/runs/${told.id}/asked`), same = asked.job?.crankshaft?.file === state.file;
-  if (same) await open.show(told.id);
-  return same;
-}
+// Show the crank of an inspection, if it is still that of the job.
+const opened = async (told) => { if (told.crank === state.file) await open.show(told.id); };
 
 // A run that went on while the page was away.
 const again = guarded(async (going) => {

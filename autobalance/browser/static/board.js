@@ -1,7 +1,7 @@
 // Alternatives: every kind of correction and the useful mixes on this crank, as cards with pictures, the best first.
 import { html } from "/static/preact.min.js";
 import { $ } from "/static/tools.js";
-import { askJson, guarded } from "/static/server.js";
+import { askJson, behind, guarded } from "/static/server.js";
 import { answered, applied, job, on, state } from "/static/job.js";
 import { start, watched } from "/static/runs.js";
 import { Measured } from "/static/measured.js";
@@ -13,8 +13,18 @@ const shown = signal(null); // { id, of, rows, pictures, recommended, why, whole
 const asking = signal(""); // a card that fails, and that somebody is about to take all the same
 
 export function setUp() {
-  on("forgotten", () => { shown.value = null; });
+  on("forgotten", () => { shown.value = waiting = null; });
+  on("selected", looked);
 }
+// A comparison of before: asked for once somebody looks at the kinds.
+let waiting = null;
+export const later = (told) => { waiting = told || null; };
+export const looked = behind(async (tab) => {
+  const told = waiting;
+  if (tab !== "correct" || !told) return;
+  waiting = null;
+  if (!shown.value) await board(told);
+});
 export const compare = guarded(async () => {
   answered();
   let seen = 0;

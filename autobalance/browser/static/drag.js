@@ -29,8 +29,11 @@ export function setUp(view) {
     const way = { z: event.shiftKey ? redo : undo, Z: redo, y: redo }[event.key];
     if (way?.()) event.preventDefault(); // else the job takes its own step back
   });
-  on("units", () => { if (cuts().length) predict(); });
+  on("units", () => { if (dragged.left) predict(); });
+  on("selected", () => { if (isSeen() && cuts().length && !dragged.left) predict(); });
 }
+
+const isSeen = () => !$("panel-see").hidden;
 
 // --- a result is shown, or gone -----------------------------------------------------------------------------
 
@@ -46,7 +49,7 @@ export async function show(told) {
   Object.assign(dragged, NOTHING, { model, run: told.id, verb: told.verb });
   Object.assign(dragged, planned());
   undone.length = redone.length = 0;
-  await predict();
+  if (isSeen()) await predict();
   return model;
 }
 const planned = () => ({ depths: cuts().map((cut) => cut.depth_mm), turns: cuts().map(() => 0), diameters: cuts().map((cut) => cut.diameter_mm) });

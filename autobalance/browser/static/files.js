@@ -2,6 +2,7 @@
 import { $, ending } from "/static/tools.js";
 import { askJson, guarded, post } from "/static/server.js";
 import { CRANKS, JOBS, USUAL, assumed, brought, changed, emit, state } from "/static/job.js";
+import { list } from "/static/runs.js";
 import { signal } from "/static/store.js";
 
 export const sent = signal(""); // what is being sent, by its names
@@ -59,6 +60,7 @@ async function result(files) {
     return post("/api/open", { file: "report.json", apart });
   });
   changed();
+  list((await askJson("/api/runs")).runs);
   emit("show", await askJson(`/api/runs/${run}`));
   emit("tab", "see");
 }

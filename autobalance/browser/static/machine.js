@@ -1,9 +1,9 @@
 // Machine: what a balancing machine reads becomes the next cuts; every stage with its files.
 import { html } from "/static/preact.min.js";
 import { $, listTyped, shown, withUnit } from "/static/tools.js";
-import { askJson, guarded, post, say } from "/static/server.js";
+import { guarded, post, say } from "/static/server.js";
 import { emit, on, state } from "/static/job.js";
-import { start } from "/static/runs.js";
+import { runOf, start } from "/static/runs.js";
 import { Any } from "/static/fields.js";
 import { Cuts } from "/static/cuts.js";
 import { Measured } from "/static/measured.js";
@@ -18,7 +18,7 @@ const KEPT = "autobalance-shop"; // what a shop's machine is like, from one cran
 const OF_THE_SHOP = ["urr", "umar", "rotation", "zero", "reads"];
 const DRAFT = "autobalance-reading"; // what is typed of a reading on a result, until it is followed
 export const read = { planes: "2", urr: 95, umar: 0.5, rotation: "ccw", zero: 0, reads: "heavy", ...JSON.parse(localStorage.getItem(KEPT) || "{}") };
-const stages = signal({ list: [], runs: [] });
+const stages = signal({ list: [], id: "" });
 const refused = signal(""); // why a reading was not followed
 export const big = signal(false);
 const index = { first: {}, second: {}, found: null };
@@ -37,14 +37,14 @@ function taken(id) {
 
 export function setUp() {
   mount(Machine, $("spin"));
-  on("result", guarded(async ({ report, id }) => {
+  on("result", ({ report, id }) => {
     taken(id);
     const names = report.tolerance.planes.map((plane) => plane.name);
     for (const number of [1, 2]) read[`at-${number}`] = read[`at-${number}`] || names[number - 1];
     if (names.length < 2) read.planes = "1";
     refused.value = "";
-    stages.value = { list: report.stages || [], id, runs: (await askJson("/api/runs")).runs };
-  }));
+    stages.value = { list: report.stages || [], id };
+  });
 }
 
 // --- the reading ------------------------------------------------------------------------------------------
@@ -143,11 +143,11 @@ function Suspects() {
 }
 
 function Stages() {
-  const { list, id, runs } = stages.value;
+  const { list, id } = stages.value;
   const amount = (k, key, values) => html`<td>${values ? html`<${Measured} of=${`stages.${k}.${key}.magnitude_g_mm`} value=${values.magnitude_g_mm} named/>` : "–"}</td>`;
   const rows = list.map((stage, k) => {
     const own = k === list.length - 1 ? id : stage.report.split("/").slice(-2)[0], url = (name) => `/api/runs/${own}/files/${encodeURIComponent(name)}`;
-    const solid = runs.find((each) => each.id === own)?.files.find((name) => name.startsWith("balanced."));
+    const solid = runOf(own)?.files.find((name) => name.startsWith("balanced."));
     return html`<tr><th scope="row">${stage.stage}</th>${amount(k, "reading", stage.reading)}${amount(k, "expected", stage.expected)}<td>${stage.corrections}</td>${amount(k, "predicted", stage.predicted)}<td><a href=${url("report.json")} download=${`stage-${stage.stage}.json`}>${t("report")}</a> ${solid ? html`<a href=${url(solid)} download=${`stage-${stage.stage}-${solid}`}>${t("solid")}</a>` : ""}</td></tr>`;
   });
   return html`<table id="stages" data-testid="stages" hidden=${!list.length}><caption>${t("Stages; magnitudes of the resultant")}</caption>

@@ -18,9 +18,17 @@ export async function ask(path, options = {}) {
   throw Object.assign(new Error(told.error), { status: answer.status, told });
 }
 export const askText = async (path) => (await ask(path)).text();
-export const askJson = async (path, options) => (await ask(path, options)).json();
+// Answers that came with the first one: each is taken once instead of asking for it.
+const early = new Map();
+export const came = (answers) => { for (const [path, answer] of Object.entries(answers)) early.set(path, answer); };
+function taken(path) {
+  const answer = early.get(path);
+  early.delete(path);
+  return answer;
+}
+export const askJson = async (path, options) => (options ? undefined : taken(path)) ?? (await ask(path, options)).json();
 // What a run left for the page; null where it came from elsewhere without that.
-const left = (read) => async (path) => { const answer = await ask(path); return answer.status === 204 ? null : answer[read](); };
+const left = (read) => async (path) => { const early = taken(path); if (early) return early; const answer = await ask(path); return answer.status === 204 ? null : answer[read](); };
 export const askBuffer = left("arrayBuffer");
 export const askLeft = left("json");
 // Fingerprint of the job that this page knows: a job that another tab has changed since is not written over.
