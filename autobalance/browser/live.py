@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 from starlette.concurrency import run_in_threadpool
@@ -26,6 +27,10 @@ if TYPE_CHECKING:
     from autobalance.browser.runs import Runs
 
 REPORT = "report.json"
+TICKS = "ticks.json"
+"""Cuts of a result that are done: number → time."""
+CUTTERS = ("balance", "recut")
+"""Verbs whose result has cuts to make."""
 MOST_POLARS = 40
 MOST_SIGN = 4
 
@@ -49,6 +54,8 @@ class Live:
             Route("/api/runs/{run}/view", self.view),
             Route("/api/runs/{run}/webs", self.webs),
             Route("/api/runs/{run}/model", self.model),
+            Route("/api/runs/{run}/ticks", self.ticks),
+            Route("/api/runs/{run}/ticks", self.tick, methods=["PUT"]),
             Route("/api/runs/{run}/papers/{name}", self.paper),
             Route("/api/runs/{run}/cards", self.cards),
             Route("/api/runs/{run}/cards/{name}", self.card),
@@ -57,7 +64,7 @@ class Live:
         ]
 
     async def start(self, request: Request) -> Response:
-        """Return what a page needs first: forms, project, runs, and what it asks next of the runs that it shows.
+        """Return what a page needs first: forms, project, runs, and what it asks next of those that it shows.
 
         ``run`` is the result that the page showed last.
         """
@@ -65,7 +72,7 @@ class Live:
         crank = project["job"].get("crankshaft", {}).get("file")
         own = [each for each in runs if each["state"] == "done" and each["crank"] in (crank, None)]
         looked = [each["id"] for each in own if each["verb"] == "inspect"]
-        made = [each["id"] for each in own if each["verb"] in ("balance", "recut")]
+        made = [each["id"] for each in own if each["verb"] in CUTTERS]
         before = request.query_params.get("run")
         shown = [*looked[-1:], *([before] if before in made else made[-1:])]
         answers = {
@@ -77,6 +84,9 @@ class Live:
             )
             if path is not None
         }
+        for told in own:
+            if told["id"] in shown and told["verb"] in CUTTERS:
+                answers[f"/api/runs/{told['id']}/ticks"] = self._ticks(told)
         forms = await run_in_threadpool(_forms)
         values = {"forms": forms, "project": project, "runs": runs, "answers": answers}
         return packed(request, json.dumps(values, ensure_ascii=False).encode(), "application/json")
@@ -155,6 +165,47 @@ class Live:
     async def model(self, request: Request) -> Response:
         """Return a run's data for the page: whether a crank has its pins, or the linear model of its cuts."""
         return self._own(request.path_params["run"], MODEL)
+
+    async def ticks(self, request: Request) -> Response:
+        """Return the cuts of a result that are done, with their times, and the latest result of its crank."""
+        run = request.path_params["run"]
+        told = self._runs.state_of(run)
+        if told is None:
+            return refused("there is no such run", 404)
+        return JSONResponse(self._ticks(told))
+
+    async def tick(self, request: Request) -> Response:
+        """Keep that a cut of a result is done, now, or is not."""
+        run, values = request.path_params["run"], await body_of(request)
+        told, report = self._runs.state_of(run), self._project.result(run, REPORT)
+        if told is None or report is None:
+            return refused("there is no such run", 404)
+        made = json.loads(report.read_text(encoding="utf-8")).get("corrections", [])
+        number, is_done = (
+            values.get(key) if isinstance(values, dict) else None for key in ("number", "done")
+        )
+        if number not in [each["number"] for each in made] or not isinstance(is_done, bool):
+            return refused('the body must be {"number": of a cut of the result, "done": true or false}', 400)
+        kept = self._json(request, TICKS) or {}
+        kept.pop(str(number), None)
+        if is_done:
+            kept[str(number)] = datetime.now(UTC).isoformat(timespec="seconds")
+        own = self._project.own_folder(run)
+        own.mkdir(parents=True, exist_ok=True)
+        waiting = own / f"{TICKS}.part"
+        waiting.write_text(json.dumps(kept), encoding="utf-8")
+        waiting.replace(own / TICKS)
+        return JSONResponse(self._ticks(told))
+
+    def _ticks(self, told: dict[str, Any]) -> dict[str, Any]:
+        path = self._project.own(told["id"], TICKS)
+        made = [
+            each["id"]
+            for each in self._runs.all()
+            if (each["state"], each["crank"]) == ("done", told["crank"]) and each["verb"] in CUTTERS
+        ]
+        kept = {} if path is None else json.loads(path.read_text(encoding="utf-8"))
+        return {"ticks": kept, "latest": made[-1] if made else told["id"]}
 
     async def paper(self, request: Request) -> Response:
         """Give a certificate, a card, a list or a drawing of a result."""

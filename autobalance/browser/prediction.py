@@ -13,6 +13,8 @@ from autobalance.errors import JobError
 from autobalance.types import Values
 
 if TYPE_CHECKING:
+    from autobalance.crank.anatomy import Anatomy
+    from autobalance.job import Job
     from autobalance.rigid_rotor.unbalance import Moments
     from autobalance.verbs.balance import BalanceResult
 
@@ -280,6 +282,8 @@ def preview(inspected: Mapping[str, Any], tables: Mapping[str, Any], folder: Pat
     dict
         ``bob_weights``, ``balance_factor``, ``initial`` and ``tolerance`` with keys as in a report;
         ``balance_factor.makers`` is the factor with the ``[original]`` parts, null without them.
+        ``forces`` are ``greatest_n`` at ``speed_rpm`` before anything is cut, or ``why`` they are unknown;
+        null without a rod length.
 
     Raises
     ------
@@ -304,6 +308,7 @@ def preview(inspected: Mapping[str, Any], tables: Mapping[str, Any], folder: Pat
     initial = Unbalance.of(crank + bob_weight_moments(loads, factor) + attached)
     fitted = from_job.fitted_bob_weights_g(job, anatomy, factor)
     return {
+        "forces": None if job.engine.rod_length_mm is None else _forces(job, anatomy, crank),
         "bob_weights": [
             {"throw": throw.number, "mass_g": load.parts.bob_weight_g(factor), "fit_g": fit_g}
             for throw, load, fit_g in zip(anatomy.throws, loads, fitted, strict=True)
@@ -322,6 +327,21 @@ def preview(inspected: Mapping[str, Any], tables: Mapping[str, Any], folder: Pat
             ],
         },
     }
+
+
+def _forces(job: Job, anatomy: Anatomy, crank: Moments) -> Values:
+    """Return the shaking force of the crank as it is, or the reason why it is not known."""
+    from autobalance.balancing.engine_from_job import shaking
+
+    try:
+        force = shaking(job, anatomy, crank)
+    except JobError as error:
+        return {"greatest_n": None, "speed_rpm": None, "why": str(error)}
+    if force is None:
+        missing = "engine.layout.bank_deg is missing; forces of several rods on a crankpin need it"
+        return {"greatest_n": None, "speed_rpm": None, "why": missing}
+    speed_rpm = 30.0 / math.pi * job.balance.service_speed_rad_s
+    return {"greatest_n": force.greatest_n, "speed_rpm": round(speed_rpm, 6), "why": ""}
 
 
 def crank_moments(crank: Mapping[str, Any], density_g_mm3: float) -> Moments:

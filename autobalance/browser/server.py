@@ -84,7 +84,6 @@ def _endings() -> dict[str, str]:
         "accept": ",".join((*cranks, *OTHER_ENDINGS)),
         "cranks": " ".join(known),
         "unitless": " ".join(each[1:] for each in unitless),
-        "formats": f"Cranks: {', '.join(known)}. Jobs: toml, xlsx. Results: their folder.",
     }
 
 

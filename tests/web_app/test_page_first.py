@@ -1,5 +1,7 @@
 """The first view, and the unit of a file that has none: asked until it is answered."""
 
+import base64
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +12,19 @@ from tests import jobs
 from tests.cranks import Shape, make_crank
 from tests.report.browser import Browser
 from tests.web_app import small
-from tests.web_app.page import BROWSER, READY, at, chosen, load, nothing_wrong, put, text_of, until
+from tests.web_app.page import (
+    BROWSER,
+    READY,
+    at,
+    chosen,
+    latest,
+    load,
+    nothing_wrong,
+    numbers,
+    put,
+    text_of,
+    until,
+)
 from tests.web_app.serving import Served, served
 
 pytestmark = BROWSER
@@ -141,3 +155,103 @@ def test_the_page_of_a_project_with_a_result_is_there_after_few_requests(
     until(window, "return document.querySelector('#strip svg') !== null")
     asked = window.requests()
     assert len(asked) < 15, "\n".join(asked)
+
+
+DRAG = """
+const [kind, path, related] = arguments, dataTransfer = new DataTransfer();
+dataTransfer.items.add(new File([window.dropped || "solid"], "dropped.stl"));
+const more = related ? { relatedTarget: document.body } : {};
+document.getElementById(path).dispatchEvent(
+  new DragEvent(kind, { dataTransfer, bubbles: true, cancelable: true, ...more }));
+"""
+TARGET = """
+const words = document.querySelector("[data-testid=drop-target]"), box = document.getElementById("drop-root");
+if (!words) return null;
+const { width, height } = box.getBoundingClientRect();
+return [words.textContent, width === innerWidth && height === innerHeight];
+"""
+
+
+def test_a_file_may_be_dropped_on_every_step(page: Browser) -> None:
+    wanted = ["Drop to open as a new crank", True]
+    for step in ("open", "parts", "correct", "see", "machine", "analyse", "history"):
+        page.click_on(at(f"tab-{step}"))
+        page.run(DRAG, "dragover", f"panel-{step}", False)
+        assert until(page, TARGET) == wanted
+        page.run(DRAG, "dragleave", f"panel-{step}", True)  # from one part of the page to another
+        page.run(DRAG, "dragover", "model", False)
+        assert until(page, TARGET) == wanted
+        page.run(DRAG, "dragleave", "model", False)  # out of the window
+        until(page, f"return (() => {{ {TARGET} }})() === null")
+
+
+def test_what_is_dropped_on_any_step_is_opened(window: Browser, app: Served, tmp_path: Path) -> None:
+    page = load(window, app)
+    chosen(page, small.crank(tmp_path))
+    until(page, READY)
+    with nothing_wrong(page, app):
+        data = base64.b64encode((tmp_path / small.NAME).read_bytes()).decode()
+        page.click_on(at("tab-machine"))
+        page.run("window.dropped = Uint8Array.from(atob(arguments[0]), each => each.charCodeAt(0))", data)
+        page.run(DRAG, "drop", "line", False)
+        until(page, "return document.getElementById('crank-name').textContent === 'dropped'")
+        until(page, READY)
+        assert app.ask("/api/project").json["job"]["crankshaft"]["file"] == "dropped.stl"
+        assert page.run(TARGET) is None
+
+
+@pytest.mark.parametrize(
+    ("language", "says"),
+    [
+        ("de", r"Kurbelwellen: stl, .*, step.*\. Aufträge: toml, xlsx\. Ergebnisse: ihr Ordner\."),
+        ("es", r"Cigüeñales: stl, .*, step.*\. Trabajos: toml, xlsx\. Resultados: su carpeta\."),
+    ],
+)
+def test_formats_are_said_in_the_readers_language(
+    window: Browser, project: Served, language: str, says: str
+) -> None:
+    page = load(window, project)
+    try:
+        page.run("localStorage.setItem('autobalance-language', arguments[0])", language)
+        load(page, project)
+        words = page.run("return document.getElementById('formats').textContent")
+        assert re.fullmatch(says, words), words
+    finally:
+        page.run("localStorage.removeItem('autobalance-language')")
+
+
+def test_a_crank_that_is_far_too_heavy_or_light_raises_a_question(
+    window: Browser, app: Served, tmp_path: Path
+) -> None:
+    page, path = load(window, app), small.crank(tmp_path)
+    corners = jobs.corners_of(path)
+    solid = ab.read_crank(path, unit="mm", density_kg_m3=7850.0)
+    mass_g = ab.inspect(solid).report["crank"]["mass_g"]
+    for name, wanted_g, words in (("light", 16.7, "16.7 g"), ("heavy", 3.8e6, "3800 kg")):
+        scaled = tmp_path / f"{name}.stl"
+        jobs.write_stl(scaled, corners * (wanted_g / mass_g) ** (1.0 / 3.0))
+        chosen(page, scaled)
+        says = until(page, "return document.querySelector('[data-testid=unit-strange]')?.textContent")
+        assert words in says.replace("\u202f", "").replace(",", "")
+        page.click_on(at("unit-yes"))  # the unit is answered, the doubt stays
+        until(page, f"{ASKED} === 'false'")
+        assert page.run("return document.getElementById('tab-open').dataset.is") == "ask"
+        assert page.run("return document.querySelector('[data-testid=unit-strange]') !== null")
+
+
+def test_the_share_of_the_facets_is_all_of_the_uncertainty_on_page_and_report(
+    page: Browser, project: Served
+) -> None:
+    told = latest(project, "balance")
+    residual = told["report"]["residual"]
+    shares, together = residual["uncertainty_shares_g_mm"], residual["uncertainty_g_mm"]
+    assert shares["facets"] == max(shares.values())
+    assert together == pytest.approx(sum(each**2 for each in shares.values()) ** 0.5, rel=1e-6)
+    shown = numbers(page)
+    assert shown["residual.uncertainty_shares_g_mm.facets"] == shares["facets"]
+    assert shown["residual.uncertainty_g_mm"] == together
+    html = project.ask(f"/api/runs/{told['id']}/files/report.html").body.decode()
+    text = re.sub(r"<[^>]+>", " ", html)
+    said = re.search(r"Uncertainty\s+±\s+([\d.]+)\s+g·mm\s+facets\s+([\d.]+)", text)
+    assert said
+    assert [*map(float, said.groups())] == pytest.approx([together, shares["facets"]], abs=0.00501)

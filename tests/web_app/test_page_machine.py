@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+from datetime import UTC, datetime
 from typing import Any
 
 import pytest
 
 from tests.report.browser import Browser
 from tests.web_app import small
-from tests.web_app.page import BROWSER, at, latest, load, nothing_wrong, put, until
+from tests.web_app.page import BROWSER, at, latest, load, nothing_wrong, put, text_of, until
 from tests.web_app.serving import Served
 
 pytestmark = BROWSER
@@ -74,3 +75,56 @@ def test_a_reading_makes_a_stage_with_what_was_read_expected_and_left(window: Br
         assert key >= 88.0
         assert foot > 0.0
         assert "0° at crankpin 1, counter-clockwise seen from +z" in words
+
+
+CUT = "return document.querySelector('#big-digits .big-cut')?.dataset.cut"
+TICKS = (
+    "return Object.fromEntries([...document.querySelectorAll('#cuts [data-testid=tick]')].map(each =>"
+    "[each.closest('tr').querySelector('[data-cut]').dataset.cut, each.dataset.at]))"
+)
+
+
+def test_a_cut_that_is_done_is_ticked_with_its_time_and_another_screen_follows(
+    page: Browser, project: Served
+) -> None:
+    run = latest(project, "balance")["id"]
+    page.click_on(at("tab-machine"))
+    page.click_on(at("big"))
+    page.run("[...document.querySelectorAll('#big-digits .buttons button')][1].click()")
+    until(page, f"{CUT} === '1'")
+    desk = page.call("GET", "/window")
+    page.run("window.open('/#big')")
+    (screen,) = {*page.call("GET", "/window/handles")} - {desk}
+    try:
+        page.call("POST", "/window", {"handle": screen})
+        until(page, f"{CUT} === '1'")
+        keys = page.run(
+            "return [...document.querySelectorAll('#big-digits button:not([hidden])')]"
+            ".map(each => Math.min(each.getBoundingClientRect().height, each.getBoundingClientRect().width))"
+        )
+        assert len(keys) == 3
+        assert min(keys) >= 88.0
+        page.call("POST", "/window", {"handle": desk})
+        before = datetime.now(UTC).replace(microsecond=0)
+        page.click_on(at("cut-done"))
+        until(page, f"{CUT} === '2'")
+        page.call("POST", "/window", {"handle": screen})
+        until(page, f"{CUT} === '2'", most_s=20.0)
+        page.click_on(at("cut-done"))  # this screen ticks too
+        page.call("POST", "/window", {"handle": desk})
+        ticks = until(page, f"const found = (() => {{ {TICKS} }})(); return found[2] && found", most_s=20.0)
+        assert set(ticks) == {"1", "2"}
+        assert before <= datetime.fromisoformat(ticks["1"]) <= datetime.now(UTC)
+        assert project.ask(f"/api/runs/{run}/ticks").json == {"ticks": ticks, "latest": run}
+        assert text_of(page, "cuts-done") == "Cuts done: 2 of 2"
+        page.call("POST", "/refresh", {})
+        until(page, "return document.body.dataset.ready === 'true'")
+        assert page.run(TICKS) == ticks  # kept with the result
+    finally:
+        page.call("POST", "/window", {"handle": screen})
+        page.call("DELETE", "/window")
+        page.call("POST", "/window", {"handle": desk})
+        for number in (1, 2):
+            project.ask(f"/api/runs/{run}/ticks", {"number": number, "done": False}, "PUT")
+    assert project.ask(f"/api/runs/{run}/ticks").json["ticks"] == {}
+    assert project.ask(f"/api/runs/{run}/ticks", {"number": 3, "done": True}, "PUT").status == 400

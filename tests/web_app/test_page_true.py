@@ -208,3 +208,15 @@ def test_a_hole_has_one_angle_and_its_entry_radius(page: Browser, project: Serve
         assert float(row[3]) == pytest.approx(cut["entry_radius_mm"], abs=0.00501)
         assert f"{float(row[3]):.2f}" in listed
     assert "crankpin 1" in text_of(page, "zero")
+
+
+def test_forces_are_one_line_once_the_rod_length_is_known(page: Browser, project: Served) -> None:
+    line = "document.getElementById('forces-line')"
+    page.click_on(at("tab-parts"))
+    words = until(page, f"return !{line}.hidden && {line}.textContent")
+    greatest = latest(project, "balance")["report"]["forces"]["before"]["greatest_n"]
+    assert words.startswith(f"Forces today: up to {greatest:.0f} N at 6000 rpm.")
+    put(page, key_engine_rod_length_mm="20")  # shorter than the crank radius
+    until(page, f"return {line}.textContent.includes('must be more than')")
+    put(page, key_engine_rod_length_mm="")
+    until(page, f"return {line}.hidden")

@@ -4,6 +4,7 @@ import { askJson, behind, came, guarded, knows, say } from "/static/server.js";
 import { CRANKS, brought, emit, on, state } from "/static/job.js";
 import { ending } from "/static/tools.js";
 import * as analyse from "/static/analyse.js";
+import * as bigDigits from "/static/big-digits.js";
 import * as board from "/static/board.js";
 import * as clash from "/static/clash.js";
 import * as correct from "/static/correct.js";
@@ -85,7 +86,7 @@ async function begin() {
   limits.setUp(declared.kinds);
   view.words = t;
   for (const each of [open, correct, see, drag, views, keys, stageTools, printing]) each.setUp(view);
-  for (const each of [dragPanels, parts, jobText, analyse, board, machine, nc, settings, helpLine, webs, history, frame]) each.setUp();
+  for (const each of [dragPanels, parts, jobText, analyse, board, machine, bigDigits, nc, settings, helpLine, webs, history, frame]) each.setUp();
   clash.setUp($("clash-root"));
   mount(Toast, $("toast-root"));
   proposed(await brought(async () => first.project));

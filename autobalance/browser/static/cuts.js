@@ -7,7 +7,7 @@ import { manyWords } from "/static/kind-cards.js";
 import { redrawNow } from "/static/store.js";
 import { unitOf } from "/static/units.js";
 import { angleText, sign, zeroWords } from "/static/zero.js";
-import { t } from "/static/words.js";
+import { locale, t } from "/static/words.js";
 
 let chosen = null;
 const CUTS = { drill: "Hole", slug: "Slug", shoulder: "Face", turn: "Rim", add: "Pad", mill: "Pocket" };
@@ -27,6 +27,8 @@ function turnTo(cut) {
   redrawNow();
 }
 
+// When a cut was ticked as done, with a sign.
+export const doneAt = ({ number }) => `✓ ${t("done {time}", { time: new Date(state.ticks[number]).toLocaleString(locale, { dateStyle: "short", timeStyle: "short" }) })}`;
 export function Cuts({ id, corrections }) {
   if (!corrections.length) return html`<table id=${id} hidden><tbody></tbody></table>`;
   const mm = unitOf("mm"), heads = [[t("No.")], [t("cut")], [t("angle")], [t("radius"), mm], [t("depth"), mm]];
@@ -54,6 +56,6 @@ function Row({ cut, path, onPaper }) {
   const figure = (key, digits) => html`<${Measured} of=${`${path}.${key}`} value=${cut[key]} digits=${digits}/>`;
   return html`<tr class="turns" aria-selected=${String(chosen === cut)} onClick=${() => turnTo(cut)}>
     <th scope="row"><button type="button" aria-label=${t("Cut {number}: turn the view to it", { number: cut.number })} data-testid="turn-to" data-cut=${String(cut.number)}>${cut.number}</button></th>
-    <td class="words">${t(CUTS[cut.kind] || cut.kind)}<small>${cut.diameter_mm ? html`⌀${figure("diameter_mm", 2)}, ` : ""}z ${figure("z_mm", 2)}</small></td><td class="num"><span data-key=${`${path}.angle_deg`} data-value=${String(cut.angle_deg)}>${angleText(cut.angle_deg)}</span><small class="ref"> ${sign()}</small></td>
+    <td class="words">${t(CUTS[cut.kind] || cut.kind)}<small>${cut.diameter_mm ? html`⌀${figure("diameter_mm", 2)}, ` : ""}z ${figure("z_mm", 2)}</small>${state.ticks[cut.number] ? html`<small data-testid="tick" data-at=${state.ticks[cut.number]}>${doneAt(cut)}</small>` : ""}</td><td class="num"><span data-key=${`${path}.angle_deg`} data-value=${String(cut.angle_deg)}>${angleText(cut.angle_deg)}</span><small class="ref"> ${sign()}</small></td>
     <td>${typeof onPaper === "number" ? html`<span data-radius=${String(onPaper)}>${shown(onPaper, 2, "mm")}</span>` : figure(radius, 2)}</td><td><b>${figure("depth_mm", 3)}</b><small>${figure("removed_mass_g", 2)} g</small></td></tr>`;
 }

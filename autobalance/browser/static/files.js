@@ -1,9 +1,11 @@
 // Files and folders that are dropped or chosen: sent to the project, and opened.
+import { html } from "/static/preact.min.js";
 import { $, ending } from "/static/tools.js";
 import { askJson, guarded, post } from "/static/server.js";
 import { CRANKS, JOBS, USUAL, assumed, brought, changed, emit, state } from "/static/job.js";
 import { list } from "/static/runs.js";
-import { signal } from "/static/store.js";
+import { mount, signal } from "/static/store.js";
+import { t } from "/static/words.js";
 
 export const sent = signal(""); // what is being sent, by its names
 export const over = signal(false); // something is held over the page
@@ -12,11 +14,18 @@ let opens = () => {};
 
 export function setUp(open) {
   opens = open;
-  for (const kind of ["dragover", "dragleave", "drop"]) document.addEventListener(kind, (event) => {
+  mount(Target, $("drop-root"));
+  for (const kind of ["dragenter", "dragover", "dragleave", "drop"]) document.addEventListener(kind, (event) => {
+    if (!event.dataTransfer?.types.includes("Files")) return; // text that is dragged into a field
     event.preventDefault();
-    over.value = kind === "dragover";
+    over.value = kind !== "drop" && (kind !== "dragleave" || event.relatedTarget !== null);
     if (kind === "drop") filesOf(event.dataTransfer).then(dropped);
   });
+}
+// While files are held over the page, all of it is where they may be dropped.
+function Target() {
+  $("drop-root").hidden = !over.value;
+  return over.value ? html`<p data-testid="drop-target">${t("Drop to open as a new crank")}</p>` : "";
 }
 
 async function filesOf(transfer) {

@@ -22,6 +22,7 @@ export const state = {
   weights: { rotating_g: [], reciprocating_g: [], crankpin_g: [] },
   inspected: null, // { id, report } of the crank that is shown
   result: null, // { id, report, told } of the run that is shown
+  ticks: {}, // number of a cut of the result → when it was done
   text: "",
   cranks: {}, // file → { name, scaled_from, factor, stroke_mm }: what is known beside the files
 };

@@ -12,7 +12,7 @@ import { mount, redraw, signal } from "/static/store.js";
 import { ended } from "/static/see.js";
 import { angleText, sign, zeroDeg, zeroWords } from "/static/zero.js";
 import { t } from "/static/words.js";
-import { BigDigits } from "/static/big-digits.js";
+import { BigDigits, cutsDone, onItsOwn } from "/static/big-digits.js";
 
 const KEPT = "autobalance-shop"; // what a shop's machine is like, from one crank to the next
 const OF_THE_SHOP = ["urr", "umar", "rotation", "zero", "reads"];
@@ -131,7 +131,7 @@ function Machine() {
     <div class="fields"><${Choice} of=${choice("planes", "Planes read", [["2", "two"], ["1", "one"]])} testid="reading-planes"/><${One} field=${number("reading-speed", "Speed", "1/min")}/><${One} field=${text("serial", "Serial number")}/><${One} field=${text("bob-weights", "Bob-weights fitted [g]", bobs.map((each) => (each.fit_g ?? each.mass_g).toFixed(2)).join("; "))}/></div>
     <p class="quiet">${zeroWords()}. ${t("Readings have the same zero.")}</p><${Plane} place=${1}/><${Plane} place=${2}/>
     <p class="buttons"><button type="button" id="trust" data-testid="trust" hidden=${!refused.value} onClick=${() => recut(true)}>${t("The reading is right: continue")}</button></p><p class="quiet" id="recut-needs" data-testid="recut-needs" aria-live="polite">${Object.values(missing())[0] || ""}</p>
-    <${Suspects}/><${Stages}/>${report.command === "recut" ? html`<h2>${t("The next cuts")}</h2><${Cuts} id="next-cuts" corrections=${report.corrections}/>` : ""}<${IndexTest}/><${BigDigits}/>`;
+    <p class="buttons"><span id="cuts-done" data-testid="cuts-done">${t("Cuts done: {done} of {count}", { done: cutsDone(report.corrections), count: report.corrections.length })}</span> <button type="button" class="small" data-testid="big-apart" onClick=${onItsOwn}>${t("On a screen of its own")}</button></p><${Suspects}/><${Stages}/>${report.command === "recut" ? html`<h2>${t("The next cuts")}</h2><${Cuts} id="next-cuts" corrections=${report.corrections}/>` : ""}<${IndexTest}/><${BigDigits}/>`;
 }
 
 function Suspects() {

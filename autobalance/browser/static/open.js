@@ -2,7 +2,7 @@
 import { html } from "/static/preact.min.js";
 import { $, ending, shown, typed, withUnit } from "/static/tools.js";
 import { askBuffer, askJson, askLeft, guarded, put, say } from "/static/server.js";
-import { UNITLESS, assumed, at, changed, crankName, crankshaft, emit, isUnitAsked, keep, ofFile, on, state, unitOfFile } from "/static/job.js";
+import { CRANKS, JOBS, UNITLESS, assumed, at, changed, crankName, crankshaft, emit, isUnitAsked, keep, ofFile, on, state, unitOfFile } from "/static/job.js";
 import { JobField } from "/static/fields.js";
 import { coming, dropped, example, over, sending, sent, setUp as takeFiles } from "/static/files.js";
 import { Measured } from "/static/measured.js";
@@ -199,10 +199,10 @@ const First = () => html`<div class="first"><div class="hero"><div><h2>${t("Bala
 const Turning = () => html`<svg viewBox="0 0 120 120" role="img" aria-label=${t("A crankshaft that turns, seen from its end")}><g class="turning"><path class="c" d="M24 60A36 36 0 0 0 96 60L80 56H40Z"/><path class="w" d="M44 40A16 16 0 0 1 76 40L80 62A20 20 0 0 1 40 62Z"/><circle class="k-pin" cx="60" cy="38" r="8.5"/><circle class="k-journal" cx="60" cy="60" r="9.5"/></g></svg>`;
 
 function Ways() {
-  const { accept, formats } = $("panel-open").dataset, files = ({ target }) => { const list = [...target.files]; target.value = ""; dropped(list); }; // the same file may be chosen again
+  const { accept } = $("panel-open").dataset, files = ({ target }) => { const list = [...target.files]; target.value = ""; dropped(list); }; // the same file may be chosen again
   const isFirst = !state.file && !coming.value, says = sent.value ? t("sending {names} …", { names: sent.value }) : state.file ? `${state.file}${size()}` : t("No file yet");
   return html`<div class="ways"><section data-testid="drop" id="drop" class=${over.value ? "over" : ""}><h3>${t("My crank")}</h3><p>${t("Drop a crank, a job or a result's folder anywhere on this page, or choose files.")}</p>
-      <input type="file" data-testid="file-input" id="file-input" aria-label=${t("Files of a crank, a job or a result")} multiple accept=${accept} onChange=${files}/>${isFirst ? html`<button type="button" class="main" onClick=${() => $("file-input").click()}>${t("Choose a file")}</button>` : ""}<p class="quiet" id="chosen">${says}</p><p class="quiet" id="formats">${formats}</p></section>
+      <input type="file" data-testid="file-input" id="file-input" aria-label=${t("Files of a crank, a job or a result")} multiple accept=${accept} onChange=${files}/>${isFirst ? html`<button type="button" class="main" onClick=${() => $("file-input").click()}>${t("Choose a file")}</button>` : ""}<p class="quiet" id="chosen">${says}</p><p class="quiet" id="formats">${t("Cranks: {endings}. Jobs: {jobs}. Results: their folder.", { endings: CRANKS.join(", "), jobs: JOBS.join(", ") })}</p></section>
     <section><h3>${t("An example")}</h3><p>${t("A motocross single with its weights: a lighter rod and pin, two faces to mill.")}</p><button type="button" id="bundled" data-testid="bundled" onClick=${() => example(null)}>${t("Open the motocross single")}</button></section>
     <section><h3>${t("Draw one")}</h3><p>${t("From the dimensions of a usual crank.")}</p><label>${t("Layout")} <select id="preset" data-testid="preset" aria-label=${t("Layout of the crank to draw")} value=${preset.value || state.presets[0]} onInput=${({ target }) => { preset.value = target.value; }}>${state.presets.map((name) => html`<option>${name}</option>`)}</select></label> <button type="button" id="draw-preset" data-testid="draw-preset" onClick=${() => example(preset.value || state.presets[0])}>${t("Draw it")}</button></section></div>`;
 }

@@ -2,7 +2,7 @@
 import { html, useEffect, useRef } from "/static/preact.min.js";
 import { $, debounced, shown, typed, withUnit } from "/static/tools.js";
 import { post } from "/static/server.js";
-import { GROUPS, changed, isWas, looked, on, state, sumOf } from "/static/job.js";
+import { GROUPS, changed, emit, isWas, looked, on, state, sumOf } from "/static/job.js";
 import { mount, redraw, signal } from "/static/store.js";
 import { t } from "/static/words.js";
 import { Engine, Targets } from "/static/engine.js";
@@ -20,7 +20,7 @@ export function setUp() {
 }
 
 function Parts() {
-  return html`<${Weights}/><${Targets}/><${Factors}/><${Engine}/><${Facts}/><p class="quiet" id="preview-why" aria-live="polite">${preview.value.why}</p><${Everything}/>`;
+  return html`<${Weights}/><${Targets}/><${Factors}/><${Engine}/><${Forces}/><${Facts}/><p class="quiet" id="preview-why" aria-live="polite">${preview.value.why}</p><${Everything}/>`;
 }
 
 // --- weights ----------------------------------------------------------------------------------------------
@@ -114,6 +114,13 @@ const ask = debounced(async () => {
 }, 60);
 
 const Predicted = ({ value, digits, unit = "" }) => html`<span class="predicted" data-predicted=${String(value)}>${unit ? withUnit(value, digits, unit) : shown(value, digits)}</span>`;
+
+// The force that shakes the engine today, once the rod length is known.
+function Forces() {
+  const { greatest_n: greatest, speed_rpm: speed, why } = preview.value.found?.forces || {};
+  if (greatest === undefined) return html`<p id="forces-line" hidden></p>`;
+  return html`<p id="forces-line" data-testid="forces-line">${why ? inWords(why.replace(/^job\.toml: /, "")) : html`<span class="predicted" data-predicted=${String(greatest)}>${t("Forces today: up to {force} at {speed} rpm.", { force: `${shown(greatest, 0)} N`, speed: shown(speed, 0) })}</span>`} <button type="button" class="link" onClick=${() => emit("tab", "analyse")}>${t("Analyses")}</button></p>`;
+}
 
 function Facts() {
   const { found } = preview.value;
