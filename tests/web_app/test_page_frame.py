@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from tests.report.browser import Browser
-from tests.web_app.page import BROWSER, at, latest, put, text_of, until
+from tests.web_app.page import BROWSER, at, latest, load, put, text_of, until
 from tests.web_app.serving import Served
 
 pytestmark = BROWSER
@@ -21,7 +21,7 @@ CUT_OFF = """
 const seen = (what) => [...document.querySelectorAll(what)].filter(each => each.getClientRects().length);
 const wide = document.documentElement.scrollWidth - document.documentElement.clientWidth;
 const box = each => each.getBoundingClientRect();
-const out = seen(".line > *, .steps button, .strip .polar, .panel, .help-line")
+const out = seen(".head > *, .menu > *, .line > *, .steps button, .strip .polar, .panel, .help-line")
   .filter(each => box(each).width && (box(each).left < -1 || box(each).right > innerWidth + 1))
   .map(each => each.className || each.id);
 const over = (a, b) =>
@@ -78,6 +78,32 @@ def test_each_step_has_a_state_line_with_one_main_button(page: Browser, width: i
             assert page.run(f"return {SEEN}.length", "button.main") == 1, step
             assert page.run(CUT_OFF) == [0, [], 0, []], step
     finally:
+        page.resize(1400, 900)
+
+
+HEAD = """
+const box = what => document.querySelector(what).getBoundingClientRect();
+const [name, help, step] = [".crank-name", ".help-button", ".steps button"].map(box);
+return [name.width, step.left - name.right, help.width, help.height, innerWidth - help.right];
+"""
+
+
+@pytest.mark.parametrize("language", ["en", "de", "es"])
+def test_the_head_has_room_for_the_cranks_name_in_every_language(
+    page: Browser, project: Served, language: str
+) -> None:
+    page.resize(1024, 900)
+    page.run("localStorage.setItem('autobalance-language', arguments[0])", language)
+    try:
+        load(page, project)
+        assert page.run(CUT_OFF) == [0, [], 0, []]
+        name, apart, width, height, edge = page.run(HEAD)
+        assert name >= 96.0
+        assert apart >= 0.0
+        assert min(width, height) >= 28.0
+        assert edge >= 0.0
+    finally:
+        page.run("localStorage.removeItem('autobalance-language')")
         page.resize(1400, 900)
 
 
