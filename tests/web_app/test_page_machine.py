@@ -75,6 +75,15 @@ def test_a_reading_makes_a_stage_with_what_was_read_expected_and_left(window: Br
         assert key >= 88.0
         assert foot > 0.0
         assert "0° at crankpin 1, counter-clockwise seen from +z" in words
+        try:
+            page.resize(390, 844)
+            assert page.run(BIG)[1] >= 88.0
+            cut_off = (
+                "const box = document.querySelector('.big-cut'); return box.scrollWidth - box.clientWidth"
+            )
+            assert page.run(cut_off) <= 0
+        finally:
+            page.resize(1400, 900)
 
 
 CUT = "return document.querySelector('#big-digits .big-cut')?.dataset.cut"
