@@ -69,7 +69,8 @@ class Live:
         ``run`` is the result that the page showed last.
         """
         project, runs = self._told(), self._runs.all()
-        crank = project["job"].get("crankshaft", {}).get("file")
+        table = project["job"].get("crankshaft")  # as it was typed
+        crank = table.get("file") if isinstance(table, dict) else None
         own = [each for each in runs if each["state"] == "done" and each["crank"] in (crank, None)]
         looked = [each["id"] for each in own if each["verb"] == "inspect"]
         made = [each["id"] for each in own if each["verb"] in CUTTERS]
@@ -184,7 +185,8 @@ class Live:
         number, is_done = (
             values.get(key) if isinstance(values, dict) else None for key in ("number", "done")
         )
-        if number not in [each["number"] for each in made] or not isinstance(is_done, bool):
+        known = type(number) is int and number in [each["number"] for each in made]
+        if not known or not isinstance(is_done, bool):
             return refused('the body must be {"number": of a cut of the result, "done": true or false}', 400)
         kept = self._json(request, TICKS) or {}
         kept.pop(str(number), None)

@@ -137,3 +137,4 @@ def test_a_cut_that_is_done_is_ticked_with_its_time_and_another_screen_follows(
             project.ask(f"/api/runs/{run}/ticks", {"number": number, "done": False}, "PUT")
     assert project.ask(f"/api/runs/{run}/ticks").json["ticks"] == {}
     assert project.ask(f"/api/runs/{run}/ticks", {"number": 3, "done": True}, "PUT").status == 400
+    assert project.ask(f"/api/runs/{run}/ticks", {"number": True, "done": True}, "PUT").status == 400

@@ -458,6 +458,14 @@ def test_a_run_says_whose_crank_it_is_and_what_the_job_says_since(app: Served) -
     assert listed[told["id"]] is True
 
 
+def test_a_page_starts_with_any_job_that_was_typed(app: Served) -> None:
+    assert app.ask("/api/job/text", {"toml": "crankshaft = 5"}, "PUT").status == 200
+    first = app.ask("/api/start").json
+    assert first["project"] == app.ask("/api/project").json
+    assert first["forms"] == app.ask("/api/kinds").json
+    assert first["runs"] == app.ask("/api/runs").json["runs"]
+
+
 OTHER_LOADS = {
     "engine": {
         **small.DRILLED["engine"],
