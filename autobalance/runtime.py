@@ -237,10 +237,31 @@ _skips: mmap.mmap | None = None
 
 
 def share_skips() -> mmap.mmap:
-    """Return a byte shared with a child about to be forked: 1 while the child is in a `skippable` block."""
+    """Return two bytes shared with a child about to be forked.
+
+    The first is 1 while the child is in a `skippable` block, the second once one of both took the last word.
+    """
     global _skips  # noqa: PLW0603
-    _skips = mmap.mmap(-1, 1)
+    _skips = mmap.mmap(-1, 2)
     return _skips
+
+
+def share_no_skips() -> None:
+    """Forget the bytes once the child has ended."""
+    global _skips  # noqa: PLW0603
+    _skips = None
+
+
+def takes_last_word() -> bool:
+    """Return whether nobody has reported yet that the command was stopped; from now on somebody has.
+
+    A child that was slow to end after it had spoken is killed, and its parent must not repeat it.
+    """
+    if _skips is None:
+        return True
+    is_first = _skips[1] == 0
+    _skips[1] = 1
+    return is_first
 
 
 @contextmanager

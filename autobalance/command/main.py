@@ -27,6 +27,7 @@ from autobalance.runtime import (
     own_standard_output,
     reading_noted,
     silence_loggers,
+    takes_last_word,
 )
 from autobalance.version import __version__
 
@@ -135,6 +136,8 @@ def _commas_told() -> Iterator[None]:
 def _last_words() -> int:
     """Print that the command was stopped; return its exit code."""
     as_objects = objects.current()
+    if not takes_last_word():
+        return INTERRUPTED_EXIT_CODE
     if as_objects is None:
         complain(f"autobalance: {INTERRUPTED_MESSAGE}")
     else:

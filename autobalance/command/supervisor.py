@@ -19,7 +19,7 @@ from contextlib import suppress
 from types import FrameType
 from typing import Any
 
-from autobalance.runtime import SIGNALS, SKIP, begun_paths, share_skips, start_record_of_begun
+from autobalance.runtime import SIGNALS, SKIP, begun_paths, share_no_skips, share_skips, start_record_of_begun
 
 PATIENCE_S = 1.4
 """Time for the child to end by itself [s]; from `runtime.LATEST_S` on a separate thread tries to."""
@@ -50,7 +50,10 @@ def supervised(work: Callable[[], int], last_words: Callable[[], int]) -> int:
     signal.set_wakeup_fd(mouth, warn_on_full_buffer=False)
     child = os.fork()
     if child:
-        return _end_of(child, ears, set(stopping), handled, skips, lambda: _stopped(notes, last_words))
+        try:
+            return _end_of(child, ears, set(stopping), handled, skips, lambda: _stopped(notes, last_words))
+        finally:
+            share_no_skips()
     signal.set_wakeup_fd(-1)
     os.close(ears)
     os.close(mouth)
