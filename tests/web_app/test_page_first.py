@@ -115,6 +115,22 @@ def test_a_stroke_that_fits_no_unit_scales_the_solid_which_the_command_line_then
         assert page.run("return document.querySelectorAll('#unit-yes').length") == 0
 
 
+def test_a_stroke_scales_a_crank_that_is_too_small_to_be_measured_in_mm(
+    window: Browser, app: Served, tmp_path: Path
+) -> None:
+    solid, _ = make_crank([0.0], Shape(segments=24))
+    page, path = load(window, app), tmp_path / "tiny.stl"
+    jobs.write_stl(path, solid.mesh.corners / 100.0)
+    chosen(page, path)
+    until(page, "return document.getElementById('error').textContent.includes('mm long')")
+    assert text_of(page, "state-line").startswith("No crank recognised in tiny.stl")
+    put(page, stroke="79")
+    page.click_on(at("by-stroke"))
+    says = until(page, "return document.querySelector('[data-testid=scaled]')?.textContent")
+    assert "tiny.stl" in says
+    until(page, "return document.getElementById('tree').textContent.includes('39.50 mm')")
+
+
 def test_of_two_bodies_the_solid_is_shown_and_the_question_has_three_answers(
     window: Browser, app: Served, tmp_path: Path
 ) -> None:

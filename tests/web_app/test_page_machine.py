@@ -66,6 +66,13 @@ def test_a_reading_makes_a_stage_with_what_was_read_expected_and_left(window: Br
         assert page.run("return document.querySelectorAll('#next-cuts tr.turns').length") == len(
             report["corrections"]
         )
+        said = page.run("return document.querySelector('[data-testid=state-line]').textContent")
+        assert said.startswith(f"Next cuts: {len(report['corrections'])}")
+        places = (
+            "return ['next-cuts', 'plane-1'].map(id => document.getElementById(id).getBoundingClientRect().y)"
+        )
+        cuts, fields = page.run(places)
+        assert 0.0 < cuts < fields  # what to cut now, before the next reading
         page.click_on(at("big"))
         until(page, "return document.querySelector('#big-digits').open")
         page.run("[...document.querySelectorAll('#big-digits .buttons button')][1].click()")

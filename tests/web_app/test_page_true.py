@@ -220,3 +220,21 @@ def test_forces_are_one_line_once_the_rod_length_is_known(page: Browser, project
     until(page, f"return {line}.textContent.includes('must be more than')")
     put(page, key_engine_rod_length_mm="")
     until(page, f"return {line}.hidden")
+
+
+def test_a_verdict_that_is_not_met_tells_of_the_place_that_misses_it(window: Browser, app: Served) -> None:
+    def of(size: float) -> dict[str, float]:
+        return {"magnitude_g_mm": size, "uncertainty_g_mm": 1.0}
+
+    planes = [{"name": "A", **of(30275.4)}, {"name": "B", **of(80.0)}]
+    permitted = {"permissible_g_mm": 227.36, "planes": [{"permissible_g_mm": 111.5}] * 2}
+    report = {
+        "outcome": "above_tolerance",
+        "residual": {**of(87.4), "planes": planes},
+        "tolerance": {"grade_mm_s": 6.3, "speed_rpm": 6500, **permitted},
+    }
+    page = load(window, app)
+    ask = "import('/static/verdict.js').then(all => { window.told = all.judgement(report, null).says; })"
+    page.run(f"const report = arguments[0]; {ask}", report)
+    says = until(page, "return window.told")
+    assert says == "Plane A: Residual 30275.40 ± 1.00 g·mm; G 6.3 permits 111.50 g·mm at 6500 rpm."

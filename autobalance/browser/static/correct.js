@@ -79,7 +79,7 @@ function Correct() {
   const set = (key) => ({ target }) => { chosen[key] = target.value; chosen.others = []; changed(); };
   const judge = ({ target }) => { keep("balance.judge", target.value); changed(); };
   const isMixed = Boolean(chosen.also || chosen.others.length), used = methods().map(kinds.of).filter((kind) => kind);
-  return html`<div class="top"><h2>${t("Kind of cut")}</h2><small>${t("left, in {unit}", { unit: unitOf("g·mm") })}</small></div><${KindCards}/><${Why}/>
+  return html`<div class="top"><h2>${t("Kind of cut")}</h2><small>${hasCompared() ? t("left, in {unit}", { unit: unitOf("g·mm") }) : ""}</small></div><${KindCards}/><${Why}/>
     <p class="buttons"><button type="button" data-testid="compare" id="compare" onClick=${() => compare()}>${hasCompared() ? t("Compare again") : t("Compare all methods")}</button> <${Cancel}/></p><${Listed}/><${Progress}/>
     <div id="first-limits" data-testid="first-limits">${used.map((kind) => html`<${Limits} key=${kind.name} kind=${kind} isFirst/>`)}</div>
     <${Faces}/><${Zones}/><p class="quiet" id="pick-says" aria-live="polite">${says.value}</p>

@@ -29,10 +29,10 @@ function turnTo(cut) {
 
 // When a cut was ticked as done, with a sign.
 export const doneAt = ({ number }) => `✓ ${t("done {time}", { time: new Date(state.ticks[number]).toLocaleString(locale, { dateStyle: "short", timeStyle: "short" }) })}`;
-export function Cuts({ id, corrections }) {
+export function Cuts({ id, corrections, title = "" }) {
   if (!corrections.length) return html`<table id=${id} hidden><tbody></tbody></table>`;
   const mm = unitOf("mm"), heads = [[t("No.")], [t("cut")], [t("angle")], [t("radius"), mm], [t("depth"), mm]];
-  return html`<table id=${id} class="cuts" aria-describedby=${`${id}-says`}><caption>${t("What to cut")}</caption>
+  return html`<table id=${id} class="cuts" aria-describedby=${`${id}-says`}><caption>${title || t("What to cut")}</caption>
     <thead><tr>${heads.map(([name, unit]) => html`<th scope="col">${name}${unit ? html`<br/>[${unit}]` : ""}</th>`)}</tr></thead>
     ${grouped(corrections).map((group) => html`<tbody key=${group.title} data-setup=${group.from} data-web=${String(group.web ?? "")}><tr class="group"><th colspan="5" scope="colgroup">${group.title} <small>${group.says}</small></th></tr>${group.cuts.map(([cut, k]) => html`<${Row} key=${cut.number} cut=${cut} path=${`corrections.${k}`} onPaper=${state.result?.radii?.[k]}/>`)}</tbody>`)}</table>
     <p class="quiet" id=${`${id}-says`}><span data-testid="zero">${zeroWords()}</span>. ${t("The radius of a hole is at its entry. Choose a row, and the view turns to it.")}</p>`;

@@ -2,7 +2,7 @@
 import { html } from "/static/preact.min.js";
 import { JobField } from "/static/fields.js";
 import { at, changed, isWas, keep, state } from "/static/job.js";
-import { Seg, preview } from "/static/parts.js";
+import { Seg, preview, showBefore } from "/static/parts.js";
 import { shown, withUnit } from "/static/tools.js";
 import { t } from "/static/words.js";
 
@@ -17,7 +17,7 @@ const HALVES = { 45: "45°", 60: "60°", 72: "72°", 90: "90°", 180: "180°" };
 export function Targets() {
   const named = (key, id, words) => html`<${JobField} table="balance" field=${declared("balance", key)} id=${id} testid=${id} label=${words} list=${id === "grade" ? "grades" : undefined}/>`;
   const found = preview.value.found, isKept = at("balance.factor") === "original", makers = found?.balance_factor.makers;
-  const choose = (kind) => { keep("balance.factor", kind === "makers" ? "original" : typeof makers === "number" ? Math.round(1e4 * makers) / 1e4 : undefined); changed(); };
+  const choose = (kind) => { if (kind === "makers") showBefore(); keep("balance.factor", kind === "makers" ? "original" : typeof makers === "number" ? Math.round(1e4 * makers) / 1e4 : undefined); changed(); };
   const makersWords = typeof makers === "number" ? t("Keep the maker's {factor}", { factor: shown(makers, 3) }) : t("Keep the maker's");
   return html`<h2>${t("Balance factor")}</h2><${Seg} name="factor-of" label=${t("Balance factor")} options=${[["makers", makersWords], ["mine", t("Mine")]]} now=${isKept ? "makers" : "mine"} set=${choose}/>
     ${isKept && !isWas() ? html`<p class="note" role="alert">${t("Enter what the parts weighed before, in the column was.")}</p>` : ""}

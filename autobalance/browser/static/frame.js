@@ -1,23 +1,23 @@
 // The frame about every step: the crank's name, the steps with their states, the state line with its one main button, the polars.
 import { html } from "/static/preact.min.js";
 import { $, shown, withUnit } from "/static/tools.js";
-import { crankName, emit, isUnitAsked, state, unitOfFile } from "/static/job.js";
+import { at, crankName, emit, isUnitAsked, state, unitOfFile } from "/static/job.js";
 import { line as analyse } from "/static/analyse.js";
 import { balance } from "/static/correct.js";
 import { listed, methods } from "/static/limits.js";
-import { Heavy, big, missing, read, recut } from "/static/machine.js";
+import { Heavy, big, missing, read, recut, refused } from "/static/machine.js";
 import { coming } from "/static/files.js";
 import { kindWords, plannedSays } from "/static/kind-cards.js";
-import { doubts } from "/static/open.js";
+import { doubts, reading } from "/static/open.js";
 import { preview } from "/static/parts.js";
 import { anyMoved, dragged, trial } from "/static/drag.js";
 import { draggedPolars, previewPolars, resultPolars } from "/static/polar.js";
-import { Cancel, cutting, doing, results } from "/static/runs.js";
+import { Cancel, cutting, doing, results, running } from "/static/runs.js";
 import { mount } from "/static/store.js";
 import { unitOf } from "/static/units.js";
-import { judged } from "/static/verdict.js";
+import { deciding, judged } from "/static/verdict.js";
 import { angleText, sign } from "/static/zero.js";
-import { t } from "/static/words.js";
+import { plain, t } from "/static/words.js";
 
 const tab = () => document.body.dataset.tab;
 const to = (name) => () => emit("tab", name);
@@ -50,7 +50,7 @@ function crank() {
 }
 function engine() {
   const { found, why } = preview.value;
-  if (found) return { is: "done", says: typeof found.balance_factor.initial === "number" ? `${shown(found.balance_factor.initial, 3)} → ${shown(found.balance_factor.target, 2)}` : t("factor {factor}", { factor: shown(found.balance_factor.target, 2) }) };
+  if (found) return { is: "done", says: typeof found.balance_factor.initial === "number" ? `${shown(found.balance_factor.initial, 3)} → ${plain(Number(found.balance_factor.target.toFixed(3)))}` : t("factor {factor}", { factor: shown(found.balance_factor.target, 2) }) };
   return why ? { is: "ask", says: t("weights") } : {};
 }
 const plan = () => (state.inspected ? { is: state.result ? "done" : "", says: listed.cuts ? t("listed cuts") : methods().map(kindWords).join(" + ") } : {});
@@ -71,7 +71,9 @@ const NEXT = "→";
 // What each step says at its foot: tone, words, a sentence, bars, and the one thing to do next.
 const LINES = {
   open: () => {
-    const found = state.inspected?.report.crank;
+    const found = state.inspected?.report.crank, file = coming.value || reading.value;
+    if (file) return { tone: "work", words: t("Reading {file}", { file }), says: t("Its shape is measured, and what is what in it found out.") };
+    if (!found && state.file) return { tone: "bad", words: t("No crank recognised in {file}", { file: state.file }), says: t("Above the list is said why, and what to do."), main: { words: t("Choose a file"), work: () => $("file-input").click() } };
     if (!found) return { tone: "plain", words: t("No crank yet"), says: t("Open a file, take an example or draw a crank."), main: { words: t("Choose a file"), work: () => $("file-input").click() } };
     const isAsking = isUnitAsked() || doubts.value.length > 0;
     return { tone: isAsking ? "warn" : "good", words: isUnitAsked() ? t("Is the file in {unit}?", { unit: t(unitOfFile()) }) : isAsking ? t("Recognised; to look at: {count}", { count: doubts.value.length }) : t("Recognised"), says: t("Throws: {throws}, webs: {webs}, {mass} in the file.", { throws: found.throws.length, webs: found.webs.length, mass: withUnit(found.mass_g, 1, "g") }), main: { words: `${t("To the engine")} ${NEXT}`, work: to("parts") } };
@@ -82,13 +84,15 @@ const LINES = {
     const { initial, tolerance, balance_factor: factor, bob_weights: bobs } = found, isWithin = initial.magnitude_g_mm <= tolerance.permissible_g_mm && initial.planes.every((plane, k) => plane.magnitude_g_mm <= tolerance.planes[k].permissible_g_mm);
     const { initial: now, target } = factor, bob = bobs[0], isMany = new Set(bobs.map((each) => each.mass_g)).size > 1;
     const words = isWithin ? t("Within tolerance as it is") : typeof now === "number" && now !== target ? t(now > target ? "Counterweights too heavy" : "Counterweights too light") : t("Above tolerance as it is");
-    const says = [typeof now === "number" ? t("Factor {now} today, {wanted} wanted.", { now: shown(now, 3), wanted: shown(target, 3) }) : t("Factor {wanted} wanted.", { wanted: shown(target, 3) }), bob ? `${t("Bob-weight {mass}.", { mass: withUnit(bob.mass_g, 2, "g") })} ${Math.abs(bob.fit_g - bob.mass_g) > 5e-3 ? t("Clamp on {mass}.", { mass: withUnit(bob.fit_g, 2, "g") }) : ""}${isMany ? t("One for each throw.") : ""}` : "", initial.magnitude_g_mm > 0 && !isWithin ? t("Heavy side at {angle}.", { angle: `${angleText((Math.atan2(initial.unbalance_g_mm[1], initial.unbalance_g_mm[0]) * 180) / Math.PI)} ${sign()}` }) : ""].join(" ");
-    return { tone: isWithin ? "good" : "bad", words, says, bars: [[t("Resultant"), initial.magnitude_g_mm, null, tolerance.permissible_g_mm]], main };
+    const [place, most, limit] = deciding(initial, tolerance);
+    const says = [typeof now === "number" ? t("Factor {now} today, {wanted} wanted.", { now: shown(now, 3), wanted: shown(target, 3) }) : t("Factor {wanted} wanted.", { wanted: shown(target, 3) }), bob ? `${t("Bob-weight {mass}.", { mass: withUnit(bob.mass_g, 2, "g") })} ${Math.abs(bob.fit_g - bob.mass_g) > 5e-3 ? t("Clamp on {mass}.", { mass: withUnit(bob.fit_g, 2, "g") }) : ""}${isMany ? t("One for each throw.") : ""}` : "", most.magnitude_g_mm > 0 && !isWithin ? t("Heavy side at {angle}.", { angle: `${angleText((Math.atan2(most.unbalance_g_mm[1], most.unbalance_g_mm[0]) * 180) / Math.PI)} ${sign()}` }) : ""].join(" ");
+    return { tone: isWithin ? "good" : "bad", words, says, bars: [[place, most.magnitude_g_mm, null, limit]], main };
   },
   correct: () => {
-    const run = cutting();
-    if (run) return { tone: "work", words: t("Cutting and measuring"), says: `${doing(run.words)}, ${Math.round(100 * run.share)} %`, cancel: true };
-    const needs = !state.file ? t("Open a crank first.") : isUnitAsked() ? t("Answer 1 question in Crank: the unit of the file.") : "";
+    const run = cutting(), compares = running().find((each) => each.verb === "compare");
+    if (run || compares) return { tone: "work", words: run ? t("Cutting and measuring") : t("Comparing all kinds of cut"), says: `${doing((run || compares).words)}, ${Math.round(100 * (run || compares).share)} %`, cancel: true };
+    const needs = !state.file ? t("Open a crank first.") : isUnitAsked() ? t("Answer 1 question in Crank: the unit of the file.") : "", { found, why } = preview.value;
+    if (!needs && !found && why && !listed.cuts) return { tone: "warn", words: t("The engine is not complete"), says: why, more: { id: "to-engine", text: t("To the engine"), work: to("parts") }, main: { id: "balance", words: t("Cut and measure"), work: () => balance() } };
     const planned = needs ? null : plannedSays();
     if (planned) return { tone: "plain", words: planned.words, says: planned.says, bars: preview.value.found ? [[t("Resultant"), planned.left, null, preview.value.found.tolerance.permissible_g_mm]] : [], main: { id: "balance", words: t("Cut and measure"), work: () => balance() } };
     return { tone: "plain", words: listed.cuts ? t("Listed cuts: {count}", { count: listed.cuts.length }) : t("Ready to plan: {method}", { method: methods().map(kindWords).join(" + ") }), says: needs || t("The cuts are planned, made in the solid, and measured on the written file."), main: { id: "balance", words: t("Cut and measure"), off: Boolean(needs), work: () => balance() } };
@@ -103,12 +107,14 @@ const LINES = {
   },
   machine: () => {
     if (!state.result) return { tone: "plain", words: t("No result yet"), says: t("Balance a crank first; then spin it and enter what the machine reads."), main: { words: `${t("Plan the cuts")} ${NEXT}`, work: to("correct") } };
-    const run = cutting(), needs = Object.values(missing())[0], planes = state.result.report.tolerance.planes;
+    const run = cutting(), needs = Object.values(missing())[0], { report } = state.result, planes = report.tolerance.planes;
     if (run) return { tone: "work", words: t("Cutting and measuring"), says: `${doing(run.words)}, ${Math.round(100 * run.share)} %`, cancel: true };
     const bars = (read.planes === "2" ? [1, 2] : [1]).map((place) => [t("{plane} read", { plane: read[`at-${place}`] || place }), read[`g-mm-${place}`], null, (planes[place - 1] || state.result.report.tolerance).permissible_g_mm]).filter(([, value]) => typeof value === "number");
     const isWithin = bars.every(([, value, , limit]) => value <= limit);
+    const next = needs && !bars.length && report.command === "recut" && (report.corrections.length || report.outcome !== "above_tolerance") ? { count: report.corrections.length } : null;
     const more = { text: t("Big digits"), id: "big", work: () => { big.value = true; } };
-    return { tone: needs ? "plain" : isWithin ? "good" : "bad", words: needs ? t("Nothing read yet") : t(isWithin ? "Read within tolerance" : "Read above tolerance"), says: needs || t("The next cuts follow from the reading."), bars, more, main: { id: "recut", words: t("Plan the next cuts"), off: Boolean(needs), work: () => recut(false) } };
+    if (refused.value && !needs) return { tone: "warn", words: t("The reading is in doubt"), says: t("Check what was typed; if it is right, continue with it."), bars, more: { text: t("The reading is right: continue"), id: "line-trust", work: () => recut(true) }, main: { id: "recut", words: t("Plan the next cuts"), work: () => recut(false) } };
+    return { tone: next?.count === 0 ? "good" : needs ? "plain" : isWithin ? "good" : "bad", words: next ? (next.count ? t("Next cuts: {count}", next) : t("Nothing more to cut")) : needs ? t("Nothing read yet") : t(isWithin ? "Read within tolerance" : "Read above tolerance"), says: next?.count === 0 ? t("The crank is within tolerance as it was read; its certificate is among the documents of the result.") : next ? t("Make them, spin the crank again and enter what the machine reads then.") : needs || t("The next cuts follow from the reading."), bars, more, main: next?.count === 0 ? { words: `${t("To the result")} ${NEXT}`, work: to("see") } : { id: "recut", words: t("Plan the next cuts"), off: Boolean(needs), work: () => recut(false) } };
   },
   analyse,
   history: () => ({ tone: "plain", words: t("History"), says: t("Results: {count}", { count: results().length }), main: { words: `${t(state.result ? "To the result" : "To the crank")} ${NEXT}`, work: to(state.result ? "see" : "open") } }),
@@ -148,6 +154,12 @@ function Strip() {
 }
 
 const PARTS = [["journal", "main journals"], ["pin", "crankpins"], ["web", "webs"], ["weight", "counterweights"]];
-const GONE = [["cut", "removed metal"]];
+// Metal that is added, or a slug that is heavier than its bore, has a mass below zero among what comes off.
+const changedKey = (corrections) => {
+  const added = corrections.filter((each) => each.removed_mass_g < 0).length;
+  return [["cut", !added ? "removed metal" : added === corrections.length ? "added metal" : "removed or added metal"]];
+};
+// A crank that is pressed up without its pin shows none.
+const partsSeen = () => PARTS.filter(([colour]) => colour !== "pin" || at("crankshaft.crankpin_in_file") !== false);
 const isOfResult = () => ["see", "machine"].includes(tab()) && state.result;
-const Key = () => (state.inspected || state.result ? (isOfResult() ? [...GONE, ...PARTS] : PARTS).map(([colour, words]) => html`<span><i class="swatch" style=${{ "--c": `var(--${colour})` }}></i>${t(words)}</span>`) : "");
+const Key = () => (state.inspected || state.result ? (isOfResult() ? [...changedKey(state.result.report.corrections), ...partsSeen()] : partsSeen()).map(([colour, words]) => html`<span><i class="swatch" style=${{ "--c": `var(--${colour})` }}></i>${t(words)}</span>`) : "");

@@ -17,6 +17,8 @@ const PICTURES = {
   mill: html`<rect class="k-cut" x="42" y="56" width="36" height="12" rx="3"/>`,
 };
 const NAMES = { shoulder: "Shoulder", turn: "Turn", drill: "Drill", slug: "Slug", add: "Add", mill: "Mill" };
+// What a kind does, where its noun would only repeat its name.
+const MEANS = { shoulder: "Face milled off the web", slug: "Heavy metal in a bore" };
 // What a shop calls a kind.
 export const kindWords = (name) => t(NAMES[name] || name);
 const ONTO = { add: "on" };
@@ -33,7 +35,7 @@ function Card({ name, noun }) {
   const take = () => { Object.assign(chosen, { method: name, also: "", others: [] }); listed.cuts = null; changed(); };
   return html`<button type="button" class=${`kind${isChosen ? " chosen" : ""}`} role="radio" aria-checked=${String(isChosen)} data-kind=${name} data-testid=${`kind-${name}`} data-old=${String(Boolean(found?.isOld))} onClick=${take} onMouseEnter=${() => pictured(name)} onMouseLeave=${() => pictured("")} onFocusIn=${() => pictured(name)} onFocusOut=${() => pictured("")}>
     <svg viewBox="0 0 120 86" aria-hidden="true"><path class="k-metal" d=${METAL}/>${PICTURES[name]}<circle class="k-pin" cx="60" cy="18" r="6.5"/><circle class="k-journal" cx="60" cy="40" r="7.5"/></svg>
-    <span class="top"><b>${t(NAMES[name] || noun)}</b>${found ? html`<${Badge} ...${found}/>` : ""}</span><span class="says">${found ? html`<${Says} name=${name} ...${found}/>` : t(noun)}</span></button>`;
+    <span class="top"><b>${t(NAMES[name] || noun)}</b>${found ? html`<${Badge} ...${found}/>` : ""}</span><span class="says">${found ? html`<${Says} name=${name} ...${found}/>` : t(MEANS[name] || noun)}</span></button>`;
 }
 
 function Badge({ row, place, isOld }) {

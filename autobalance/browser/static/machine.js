@@ -19,7 +19,7 @@ const OF_THE_SHOP = ["urr", "umar", "rotation", "zero", "reads"];
 const DRAFT = "autobalance-reading"; // what is typed of a reading on a result, until it is followed
 export const read = { planes: "2", urr: 95, umar: 0.5, rotation: "ccw", zero: 0, reads: "heavy", ...JSON.parse(localStorage.getItem(KEPT) || "{}") };
 const stages = signal({ list: [], id: "" });
-const refused = signal(""); // why a reading was not followed
+export const refused = signal(""); // why a reading was not followed
 export const big = signal(false);
 const index = { first: {}, second: {}, found: null };
 
@@ -111,10 +111,11 @@ export const recut = guarded(async (trust) => {
   refused.value = "";
   try {
     const told = await start("recut", { run: state.result.id, reading: body(), trust_reading: trust }, t("from a reading"));
-    if (told && await ended(told)) say("");
+    if (told && await ended(told)) { say(""); $("panels").scrollTop = 0; }
   } catch (error) {
-    say(error.message);
-    if (error.message.includes("--trust-reading")) refused.value = error.message.replace("; --trust-reading goes on", "");
+    const isDoubted = error.message.includes("--trust-reading"); // the page has a button for that option
+    if (isDoubted) refused.value = error.message.replace(/(;|,? or use) --trust-reading( goes on)?/, "").replace(/^[a-z_]+: /, "");
+    say(isDoubted ? refused.value : error.message);
   }
 });
 
@@ -124,14 +125,21 @@ function Machine() {
   const report = state.result?.report;
   if (!report) return html`<p id="machine-none">${t("Balance a crank first; then spin it and enter what the machine reads.")}</p>`;
   const bobs = report.engine.bob_weights;
-  return html`<p class="quiet" id="bob-card">${bobs.map((each, k) => html`<span>${t("Throw {number}: clamp on", { number: each.throw })} <${Measured} of=${`engine.bob_weights.${k}.fit_g`} value=${each.fit_g}/> g, ± <${Measured} of=${`engine.bob_weights.${k}.tolerance_g`} value=${each.tolerance_g}/> g. </span>`)}</p>
+  const isNext = report.command === "recut", turn = Math.max(1, stages.value.list.length);
+  return html`${isNext ? html`${report.corrections.length ? html`<${Cuts} id="next-cuts" title=${t("The next cuts")} corrections=${report.corrections}/>` : html`<p class="quiet">${t("Nothing more to cut")}</p>`}` : ""}<h2 data-testid="reading-turn">${t("Reading {number}", { number: turn })}</h2><${Bobs} bobs=${bobs}/><p class="quiet tight">${zeroWords()}. ${t("Readings have the same zero.")}</p><${Plane} place=${1}/><${Plane} place=${2}/>
+    <div class="fields"><${Choice} of=${choice("planes", "Planes read", [["2", "two"], ["1", "one"]])} testid="reading-planes"/><${One} field=${number("reading-speed", "Speed", "1/min")}/><${One} field=${text("serial", "Serial number")}/><${One} field=${text("bob-weights", "Bob-weights fitted [g]", bobs.map((each) => (each.fit_g ?? each.mass_g).toFixed(2)).join("; "))}/></div>
     <details><summary>${t("The machine")} <small>${t("kept from one crank to the next")}</small></summary><div class="fields">
     <${One} field=${number("urr", "Unbalance reduction ratio URR", "%")}/><${One} field=${number("umar", "Minimum achievable residual Umar", "g·mm")}/>
     <${Choice} of=${choice("rotation", "Angles increase", [["ccw", "counter-clockwise"], ["cw", "clockwise"]])}/><${One} field=${number("zero", "Machine zero at", "°")}/><${Choice} of=${choice("reads", "The machine shows", [["heavy", "the heavy side"], ["light", "the light side"]])}/></div></details>
-    <div class="fields"><${Choice} of=${choice("planes", "Planes read", [["2", "two"], ["1", "one"]])} testid="reading-planes"/><${One} field=${number("reading-speed", "Speed", "1/min")}/><${One} field=${text("serial", "Serial number")}/><${One} field=${text("bob-weights", "Bob-weights fitted [g]", bobs.map((each) => (each.fit_g ?? each.mass_g).toFixed(2)).join("; "))}/></div>
-    <p class="quiet">${zeroWords()}. ${t("Readings have the same zero.")}</p><${Plane} place=${1}/><${Plane} place=${2}/>
     <p class="buttons"><button type="button" id="trust" data-testid="trust" hidden=${!refused.value} onClick=${() => recut(true)}>${t("The reading is right: continue")}</button></p><p class="quiet" id="recut-needs" data-testid="recut-needs" aria-live="polite">${Object.values(missing())[0] || ""}</p>
-    <p class="buttons"><span id="cuts-done" data-testid="cuts-done">${t("Cuts done: {done} of {count}", { done: cutsDone(report.corrections), count: report.corrections.length })}</span> <button type="button" class="small" data-testid="big-apart" onClick=${onItsOwn}>${t("On a screen of its own")}</button></p><${Suspects}/><${Stages}/>${report.command === "recut" ? html`<h2>${t("The next cuts")}</h2><${Cuts} id="next-cuts" corrections=${report.corrections}/>` : ""}<${IndexTest}/><${BigDigits}/>`;
+    <p class="buttons"><span id="cuts-done" data-testid="cuts-done">${t("Cuts done: {done} of {count}", { done: cutsDone(report.corrections), count: report.corrections.length })}</span> <button type="button" class="small" data-testid="big-apart" onClick=${onItsOwn}>${t("On a screen of its own")}</button></p><${Suspects}/><${Stages}/><${IndexTest}/><${BigDigits}/>`;
+}
+
+// What to clamp on before it is spun; said once where it is the same for all throws.
+function Bobs({ bobs }) {
+  const told = (k) => html`<${Measured} of=${`engine.bob_weights.${k}.fit_g`} value=${bobs[k].fit_g}/> g, ± <${Measured} of=${`engine.bob_weights.${k}.tolerance_g`} value=${bobs[k].tolerance_g}/> g. `;
+  const isSame = bobs.length > 1 && bobs.every((each) => each.fit_g === bobs[0].fit_g && each.tolerance_g === bobs[0].tolerance_g);
+  return html`<p class="quiet tight" id="bob-card">${isSame ? html`${t("Each of {count} throws: clamp on", { count: bobs.length })} ${told(0)}` : bobs.map((each, k) => html`<span>${t("Throw {number}: clamp on", { number: each.throw })} ${told(k)}</span>`)}</p>`;
 }
 
 function Suspects() {

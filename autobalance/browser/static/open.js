@@ -13,6 +13,7 @@ import { plain, t } from "/static/words.js";
 
 let view = null;
 let opening = 0;
+export const reading = signal(""); // the file that is being measured
 export const doubts = signal([]); // what is in doubt, as texts or elements
 export const chosen = signal({ row: "", part: 0 }); // the row of the tree, and the part of the model from 1, that was chosen
 const preset = signal("");
@@ -39,6 +40,7 @@ const opens = guarded(async () => {
   const mine = ++opening;
   $("model").dataset.state = "loading";
   doubts.value = [];
+  reading.value = state.file;
   try {
     const told = await inspected();
     if (mine !== opening) return;
@@ -53,7 +55,7 @@ const opens = guarded(async () => {
     state.inspected = null;
     say(error.message);
     if (error.run) await unrecognised(error);
-  }
+  } finally { if (opening <= mine + 1) reading.value = ""; }
 });
 
 // A crank of several bodies, or without crankpins, may be a pressed-up one: looked at as such, unless it was said.
@@ -174,18 +176,19 @@ function Open() {
   if (!state.file && !coming.value) return html`<${First}/>`;
   const pin = at("crankshaft.crankpin_in_file"), setPin = ({ target }) => { keep("crankshaft.crankpin_in_file", target.value === "" ? undefined : target.value === "true"); changed(); };
   return html`<${Name}/><${Unit}/><${Bodies}/><ul id="doubts" aria-label=${t("Warnings")} aria-live="polite">${doubts.value.map((each) => html`<li>${each}</li>`)}</ul><${Cylinder}/>
-    <h2 class="small">${t("Recognised features")}</h2><${Tree} report=${state.inspected?.report} row=${chosen.value.row} choose=${choose}/><${Cylinders}/>
     <div class="fields"><${JobField} id="density" testid="density" table="crankshaft" label=${t("Density [kg/m³]")} field=${{ ...DENSITY, default: String(assumed.density_kg_m3) }} help=${false}/>
       <label>${t("Crankpin in the file")} <select data-testid="crankpin-in-file" id="crankpin-in-file" value=${pin === undefined ? "" : String(pin)} onInput=${setPin}>${Object.entries(PINS).map(([value, words]) => html`<option value=${value}>${t(words)}</option>`)}</select></label></div>
     <p class="buttons"><button type="button" data-testid="open" id="open" onClick=${async () => { await sending(); open(); }}>${t("Measure it again")}</button> <button type="button" id="forget-overrides" hidden=${!at("crankshaft.main_journals") && !at("crankshaft.crankpins")} onClick=${forget}>${t("Recognise it all again")}</button></p>
+    <h2 class="small">${t("Recognised features")}</h2><${Tree} report=${state.inspected?.report} row=${chosen.value.row} choose=${choose}/><${Cylinders}/>
     <details class="fold" id="other-crank"><summary>${t("Another crank")}</summary><${Ways}/></details>`;
 }
 
 // What the crank is called: at first as its file; the names of its papers begin with it.
 const rename = guarded(async ({ target }) => { state.cranks = (await put("/api/cranks", { file: state.file, name: target.value })).cranks; redraw(); });
+const toAnother = () => { $("other-crank").open = true; $("other-crank").scrollIntoView(); };
 function Name() {
   if (!state.file || coming.value) return html`<h2>${coming.value || state.file}</h2>`;
-  return html`<label class="named">${t("Name of the crank")} <input id="crank-called" data-testid="crank-called" maxlength="80" value=${crankName(state.file)} onChange=${rename}/><small class="quiet">${t("File: {file}", { file: state.file })}</small></label><${Scaled} file=${state.file}/>`;
+  return html`<label class="named">${t("Name of the crank")} <input id="crank-called" data-testid="crank-called" maxlength="80" value=${crankName(state.file)} onChange=${rename}/><small class="quiet">${t("File: {file}", { file: state.file })}</small></label><p class="buttons tight"><button type="button" class="small" data-testid="to-another" onClick=${toAnother}>${t("Another crank")}</button></p><${Scaled} file=${state.file}/>`;
 }
 // Where a crank's solid comes from, if its file was scaled.
 export function Scaled({ file }) {
@@ -212,9 +215,11 @@ const UNITS = ["mm", "cm", "m", "inch"];
 const MM_PER = { mm: 1, cm: 10, m: 1000, inch: 25.4 }, CLOSE = 0.01;
 const strokeTyped = signal({ text: "", why: "" });
 // A stroke that somebody knows says the unit: the one in which the crank has it.
-function byStroke(again) {
-  const wanted = typed(strokeTyped.value.text), found = state.inspected?.report.crank.throws[0], says = (why) => { strokeTyped.value = { ...strokeTyped.value, why }; };
-  if (typeof wanted !== "number" || !(wanted > 0) || !found) { says(t("Enter the stroke in mm, above 0.")); return; }
+const byStroke = guarded(async (again) => {
+  const wanted = typed(strokeTyped.value.text), says = (why) => { strokeTyped.value = { ...strokeTyped.value, why }; };
+  if (typeof wanted !== "number" || !(wanted > 0)) { says(t("Enter the stroke in mm, above 0.")); return; }
+  const found = await firstThrow();
+  if (!found) { says(t("No throw was measured in the file, in any unit.")); return; }
   const inFile = (2 * found.crank_radius_mm) / MM_PER[unitOfFile()], unit = UNITS.find((each) => Math.abs(wanted / (inFile * MM_PER[each]) - 1) < CLOSE);
   if (!unit) { scaled(wanted, wanted / inFile); return; }
   strokeTyped.value = { text: "", why: "" };
@@ -222,6 +227,17 @@ function byStroke(again) {
   keep("crankshaft.unit", unit);
   changed();
   again();
+});
+// A crank too small or too large to be measured in the unit that was taken is measured in another: its shape is the same.
+async function firstThrow() {
+  const own = unitOfFile(), of = () => state.inspected?.report.crank.throws[0];
+  for (const unit of [own, ...UNITS.filter((each) => each !== own)]) {
+    if (of()) break;
+    assumed.unit = unit;
+    if (at("crankshaft.unit")) keep("crankshaft.unit", unit);
+    await open();
+  }
+  return of();
 }
 // A stroke that fits no unit: the solid is scaled to it, as a file of its own in mm; what was said of its cylinders goes with it.
 const scaled = guarded(async (stroke, factor) => {
@@ -245,7 +261,7 @@ function Unit() {
   const setUnit = ({ target }) => answer(target.value);
   const again = async () => { await sending(); if (state.file) open(); };
   return html`<div id="unit-field" class="tell" data-tone=${isAsked ? "warn" : "plain"} data-testid="unit-question" data-asked=${String(isAsked)}>${isAsked ? html`<h3>${t("Is the file in {unit}?", { unit: t(unitOfFile()) })}</h3><p>${t("The file has no unit.")}${long() === null ? "" : ` ${t("In {unit} the crank is {length} from the first web to the last.", { unit: t(unitOfFile()), length: withUnit(long(), 0, "mm") })}`}</p>` : ""}
-    <label>${t("Unit of the file")} <select data-testid="unit" id="unit" value=${unitOfFile()} onInput=${setUnit} onChange=${again}>${UNITS.map((each) => html`<option value=${each}>${t(each)}</option>`)}</select></label>${isAsked ? html` <button type="button" id="unit-yes" data-testid="unit-yes" onClick=${() => answer(unitOfFile())}>${t("Yes, {unit}", { unit: t(unitOfFile()) })}</button>
+    <label>${t("Unit of the file")} <select data-testid="unit" id="unit" value=${unitOfFile()} onInput=${setUnit} onChange=${again}>${UNITS.map((each) => html`<option value=${each}>${t(each)}</option>`)}</select></label>${isAsked ? html` <button type="button" id="unit-yes" data-testid="unit-yes" onClick=${() => answer(unitOfFile())}>${t("Yes, {unit}", { unit: t(unitOfFile()) })}</button>` : ""}${isAsked || !state.inspected || strange(state.inspected.report).length ? html`
     <div class="stroke"><label>${t("or: my stroke is [mm]")} <input id="stroke" data-testid="stroke" inputMode="decimal" value=${strokeTyped.value.text} aria-describedby="stroke-note" aria-invalid=${strokeTyped.value.why ? "true" : undefined} onInput=${({ target }) => { strokeTyped.value = { text: target.value, why: "" }; }}/></label> <button type="button" data-testid="by-stroke" onClick=${() => byStroke(again)}>${t("Use my stroke")}</button><small class="note" id="stroke-note">${strokeTyped.value.why}</small></div>` : ""}</div>`;
 }
 

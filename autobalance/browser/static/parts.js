@@ -27,6 +27,7 @@ function Parts() {
 
 const before = signal(null); // whether the column of what the parts weighed before is shown; null: where the job has it
 const more = signal(null); // whether pieces and ± are shown; null: where the job has any
+export const showBefore = () => { before.value = true; };
 const hasBefore = () => before.value ?? isWas();
 const hasMore = () => more.value ?? Object.values(state.weights).some((rows) => rows.some((row) => row.pm !== "" || row.pieces !== ""));
 

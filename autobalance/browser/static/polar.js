@@ -5,6 +5,7 @@ import { redraw } from "/static/store.js";
 import { shown, withUnit } from "/static/tools.js";
 import { unitOf } from "/static/units.js";
 import { angleText, sign, zeroDeg } from "/static/zero.js";
+import { places } from "/static/verdict.js";
 import { t } from "/static/words.js";
 
 const MOST_KEPT = 300;
@@ -39,7 +40,6 @@ export function Polar({ title, vectors, permitted, rows, testid, within, expecte
 
 const heavy = ({ unbalance_g_mm: [x, y], magnitude_g_mm: size }) => (size > 0 ? html`${angleText((Math.atan2(y, x) * 180) / Math.PI)}<small class="ref"> ${sign()}</small>` : "–");
 const amount = (value) => shown(value, 2, "g·mm");
-const places = (what, tolerance) => [[t("Resultant"), what, tolerance.permissible_g_mm], ...what.planes.map((plane, k) => [`${t("Plane")} ${plane.name}`, plane, tolerance.planes[k].permissible_g_mm])];
 
 // Before and after of a result.
 export const resultPolars = ({ initial, residual, tolerance }) => places(residual, tolerance).map(([title, after, permitted], k) => {

@@ -15,13 +15,24 @@ export function judgement(report, told) {
   const isAbove = report.outcome === "above_tolerance", isUnproven = !isAbove && report.proven === false;
   const tone = told?.job_changed ? "stale" : isAbove ? "bad" : isUnproven ? "warn" : "good";
   const words = isUnproven ? t("Within, not proven") : t(OUTCOMES[report.outcome]);
-  return { tone, words: tone === "stale" ? t("Earlier result: {verdict}", { verdict: words.toLocaleLowerCase() }) : words, says: sentence(report), why: isUnproven ? t("Residual and uncertainty together exceed the permissible unbalance.") : "", changes: tone === "stale" ? told.changes : [] };
+  return { tone, words: tone === "stale" ? t("Earlier result: {verdict}", { verdict: words.toLocaleLowerCase() }) : words, says: sentence(report, isAbove || isUnproven), why: isUnproven ? t("Residual and uncertainty together exceed the permissible unbalance.") : "", changes: tone === "stale" ? told.changes : [] };
 }
 
-function sentence({ residual, tolerance }) {
-  const U = residual.uncertainty_g_mm, left = `${shown(residual.magnitude_g_mm, 2, "g·mm")}${typeof U === "number" ? ` ± ${shown(U, 2, "g·mm")}` : ""}`;
-  const given = { left, permitted: withUnit(tolerance.permissible_g_mm, 2, "g·mm"), grade: tolerance.grade_mm_s, speed: tolerance.speed_rpm };
-  return typeof tolerance.grade_mm_s === "number" ? t("Residual {left}; G {grade} permits {permitted} at {speed} rpm.", given) : t("Residual {left}; {permitted} is permitted.", given);
+// Where an unbalance is judged: the resultant, then each plane, each with what is permitted there.
+export const places = (what, tolerance) => [[t("Resultant"), what, tolerance.permissible_g_mm], ...what.planes.map((plane, k) => [`${t("Plane")} ${plane.name}`, plane, tolerance.planes[k].permissible_g_mm])];
+// The place that decides: with its uncertainty the nearest to what is permitted there, or the furthest above.
+export function deciding(what, tolerance) {
+  const share = ([, { magnitude_g_mm: size, uncertainty_g_mm: off }, permitted]) => (size + (off || 0)) / permitted;
+  return places(what, tolerance).reduce((most, each) => (share(each) > share(most) ? each : most));
+}
+
+// A verdict that is not met tells of the place that decides: the resultant alone may be within.
+function sentence({ residual, tolerance }, isMissed) {
+  const [place, found, limit] = isMissed ? deciding(residual, tolerance) : places(residual, tolerance)[0], U = found.uncertainty_g_mm;
+  const left = typeof U === "number" ? `${shown(found.magnitude_g_mm, 2, "g·mm")} ± ${withUnit(U, 2, "g·mm")}` : withUnit(found.magnitude_g_mm, 2, "g·mm");
+  const given = { left, permitted: withUnit(limit, 2, "g·mm"), grade: tolerance.grade_mm_s, speed: tolerance.speed_rpm };
+  const says = typeof tolerance.grade_mm_s === "number" ? t("Residual {left}; G {grade} permits {permitted} at {speed} rpm.", given) : t("Residual {left}; {permitted} is permitted.", given);
+  return found === residual ? says : `${place}: ${says}`;
 }
 
 // What a person calls a key of the job: its field's label.
