@@ -8,7 +8,7 @@ import { listed, methods } from "/static/limits.js";
 import { Heavy, big, missing, read, recut, refused } from "/static/machine.js";
 import { coming } from "/static/files.js";
 import { kindWords, plannedSays } from "/static/kind-cards.js";
-import { doubts, reading } from "/static/open.js";
+import { doubts, isRefused, reading } from "/static/open.js";
 import { preview } from "/static/parts.js";
 import { anyMoved, dragged, trial } from "/static/drag.js";
 import { draggedPolars, previewPolars, resultPolars } from "/static/polar.js";
@@ -73,7 +73,7 @@ const LINES = {
   open: () => {
     const found = state.inspected?.report.crank, file = coming.value || reading.value;
     if (file) return { tone: "work", words: t("Reading {file}", { file }), says: t("Its shape is measured, and what is what in it found out.") };
-    if (!found && state.file) return { tone: "bad", words: t("No crank recognised in {file}", { file: state.file }), says: t("Above the list is said why, and what to do."), main: { words: t("Choose a file"), work: () => $("file-input").click() } };
+    if (!found && isRefused.value) return { tone: "bad", words: t("No crank recognised in {file}", { file: state.file }), says: t("Above the list is said why, and what to do."), main: { words: t("Choose a file"), work: () => $("file-input").click() } };
     if (!found) return { tone: "plain", words: t("No crank yet"), says: t("Open a file, take an example or draw a crank."), main: { words: t("Choose a file"), work: () => $("file-input").click() } };
     const isAsking = isUnitAsked() || doubts.value.length > 0;
     return { tone: isAsking ? "warn" : "good", words: isUnitAsked() ? t("Is the file in {unit}?", { unit: t(unitOfFile()) }) : isAsking ? t("Recognised; to look at: {count}", { count: doubts.value.length }) : t("Recognised"), says: t("Throws: {throws}, webs: {webs}, {mass} in the file.", { throws: found.throws.length, webs: found.webs.length, mass: withUnit(found.mass_g, 1, "g") }), main: { words: `${t("To the engine")} ${NEXT}`, work: to("parts") } };

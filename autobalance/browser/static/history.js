@@ -6,7 +6,7 @@ import { brought, changed, crankName, emit, on, state } from "/static/job.js";
 import { nameOf, results, takeAway } from "/static/runs.js";
 import { Scaled, open } from "/static/open.js";
 import { mount, redraw, signal } from "/static/store.js";
-import { judgement } from "/static/verdict.js";
+import { judgedAt, judgement } from "/static/verdict.js";
 import { kindWords, manyWords } from "/static/kind-cards.js";
 import { unitOf } from "/static/units.js";
 import { locale, t } from "/static/words.js";
@@ -45,7 +45,10 @@ function cutsOf(report) {
   const kinds = [...new Set((report?.corrections || []).map(({ kind }) => kind))];
   return kinds.length ? `${kinds.map(kindWords).join(" + ")}, ${manyWords(kinds.length === 1 ? kinds[0] : "", report.corrections.length)}` : t("nothing cut");
 }
-const leftOf = ({ residual, tolerance }) => `${shown(residual.magnitude_g_mm, 2, "g·mm")} ${t("of {limit}", { limit: `${shown(tolerance.permissible_g_mm, 2, "g·mm")} ${unitOf("g·mm")}` })}`;
+function leftOf(report) {
+  const [place, found, limit] = judgedAt(report);
+  return `${found === report.residual ? "" : `${place}: `}${shown(found.magnitude_g_mm, 2, "g·mm")} ${t("of {limit}", { limit: `${shown(limit, 2, "g·mm")} ${unitOf("g·mm")}` })}`;
+}
 const when = (told) => new Date(told.started).toLocaleString(locale, { dateStyle: "short", timeStyle: "short" });
 
 function Result({ told }) {

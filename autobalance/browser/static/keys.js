@@ -19,7 +19,7 @@ export const KEYS = [
   ["F", "Fit the model"], ["E", "Front"], ["R", "Rear"], ["S", "Side"], ["W", "Webs"], ["M", "Move the chosen cut"], ["P", "Shop sheet"], ["?", "This list"],
   ["← → ↑ ↓", "Turn the model; move the cut that has the focus"], ["+ −", "Zoom"], ["Tab", "Through the cuts in the model"], ["Enter", "Down a column; pasted rows fill down"],
 ];
-const HELP = {
+export const HELP = {
   open: "Open a file, take an example or draw a crank. Answer the questions and check what was recognised. To change it, click a cylinder in the model.",
   parts: "Enter the mass of each part, the factor, the speed and the grade. The line at the foot shows their effect as you type.",
   correct: "Choose a kind of cut and its limits. Cut and measure plans the cuts, makes them in the solid and measures the written file.",

@@ -12,8 +12,9 @@ import { Tree } from "/static/tree.js";
 import { plain, t } from "/static/words.js";
 
 let view = null;
-let opening = 0;
+let opening = 0, newest = 0; // newest: the last that was begun
 export const reading = signal(""); // the file that is being measured
+export const isRefused = signal(false); // whether the file was read last without a crank in it
 export const doubts = signal([]); // what is in doubt, as texts or elements
 export const chosen = signal({ row: "", part: 0 }); // the row of the tree, and the part of the model from 1, that was chosen
 const preset = signal("");
@@ -22,7 +23,7 @@ export function setUp(model) {
   view = model;
   takeFiles(open);
   mount(Open, $("panel-open"));
-  on("forgotten", () => { $("panels").scrollTop = 0; if ($("other-crank")) $("other-crank").open = false; opening++; view.clear(); doubts.value = []; chosen.value = { row: "", part: 0 }; });
+  on("forgotten", () => { $("panels").scrollTop = 0; if ($("other-crank")) $("other-crank").open = false; opening++; view.clear(); isRefused.value = false; doubts.value = []; chosen.value = { row: "", part: 0 }; });
 }
 
 // --- the crank is looked at ---------------------------------------------------------------------------------
@@ -37,10 +38,11 @@ export function open() {
 }
 const opens = guarded(async () => {
   if (!state.file) throw new Error(t("choose a crank file first"));
-  const mine = ++opening;
+  const mine = newest = ++opening;
   $("model").dataset.state = "loading";
   doubts.value = [];
   reading.value = state.file;
+  isRefused.value = false;
   try {
     const told = await inspected();
     if (mine !== opening) return;
@@ -53,9 +55,11 @@ const opens = guarded(async () => {
     view.clear();
     bodies.value = 0;
     state.inspected = null;
+    isRefused.value = true;
+    reading.value = "";
     say(error.message);
     if (error.run) await unrecognised(error);
-  } finally { if (opening <= mine + 1) reading.value = ""; }
+  } finally { if (newest === mine) reading.value = ""; }
 });
 
 // A crank of several bodies, or without crankpins, may be a pressed-up one: looked at as such, unless it was said.
@@ -261,7 +265,7 @@ function Unit() {
   const setUnit = ({ target }) => answer(target.value);
   const again = async () => { await sending(); if (state.file) open(); };
   return html`<div id="unit-field" class="tell" data-tone=${isAsked ? "warn" : "plain"} data-testid="unit-question" data-asked=${String(isAsked)}>${isAsked ? html`<h3>${t("Is the file in {unit}?", { unit: t(unitOfFile()) })}</h3><p>${t("The file has no unit.")}${long() === null ? "" : ` ${t("In {unit} the crank is {length} from the first web to the last.", { unit: t(unitOfFile()), length: withUnit(long(), 0, "mm") })}`}</p>` : ""}
-    <label>${t("Unit of the file")} <select data-testid="unit" id="unit" value=${unitOfFile()} onInput=${setUnit} onChange=${again}>${UNITS.map((each) => html`<option value=${each}>${t(each)}</option>`)}</select></label>${isAsked ? html` <button type="button" id="unit-yes" data-testid="unit-yes" onClick=${() => answer(unitOfFile())}>${t("Yes, {unit}", { unit: t(unitOfFile()) })}</button>` : ""}${isAsked || !state.inspected || strange(state.inspected.report).length ? html`
+    <label>${t("Unit of the file")} <select data-testid="unit" id="unit" value=${unitOfFile()} onInput=${setUnit} onChange=${again}>${UNITS.map((each) => html`<option value=${each}>${t(each)}</option>`)}</select></label>${isAsked ? html` <button type="button" id="unit-yes" data-testid="unit-yes" onClick=${() => answer(unitOfFile())}>${t("Yes, {unit}", { unit: t(unitOfFile()) })}</button>` : ""}${isAsked || isRefused.value || (state.inspected && strange(state.inspected.report).length) ? html`
     <div class="stroke"><label>${t("or: my stroke is [mm]")} <input id="stroke" data-testid="stroke" inputMode="decimal" value=${strokeTyped.value.text} aria-describedby="stroke-note" aria-invalid=${strokeTyped.value.why ? "true" : undefined} onInput=${({ target }) => { strokeTyped.value = { text: target.value, why: "" }; }}/></label> <button type="button" data-testid="by-stroke" onClick=${() => byStroke(again)}>${t("Use my stroke")}</button><small class="note" id="stroke-note">${strokeTyped.value.why}</small></div>` : ""}</div>`;
 }
 

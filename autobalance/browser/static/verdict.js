@@ -15,7 +15,7 @@ export function judgement(report, told) {
   const isAbove = report.outcome === "above_tolerance", isUnproven = !isAbove && report.proven === false;
   const tone = told?.job_changed ? "stale" : isAbove ? "bad" : isUnproven ? "warn" : "good";
   const words = isUnproven ? t("Within, not proven") : t(OUTCOMES[report.outcome]);
-  return { tone, words: tone === "stale" ? t("Earlier result: {verdict}", { verdict: words.toLocaleLowerCase() }) : words, says: sentence(report, isAbove || isUnproven), why: isUnproven ? t("Residual and uncertainty together exceed the permissible unbalance.") : "", changes: tone === "stale" ? told.changes : [] };
+  return { tone, words: tone === "stale" ? t("Earlier result: {verdict}", { verdict: words.toLocaleLowerCase() }) : words, says: sentence(report), why: isUnproven ? t("Residual and uncertainty together exceed the permissible unbalance.") : "", changes: tone === "stale" ? told.changes : [] };
 }
 
 // Where an unbalance is judged: the resultant, then each plane, each with what is permitted there.
@@ -27,8 +27,12 @@ export function deciding(what, tolerance) {
 }
 
 // A verdict that is not met tells of the place that decides: the resultant alone may be within.
-function sentence({ residual, tolerance }, isMissed) {
-  const [place, found, limit] = isMissed ? deciding(residual, tolerance) : places(residual, tolerance)[0], U = found.uncertainty_g_mm;
+export function judgedAt(report) {
+  const isMissed = report.outcome === "above_tolerance" || report.proven === false;
+  return isMissed ? deciding(report.residual, report.tolerance) : places(report.residual, report.tolerance)[0];
+}
+function sentence(report) {
+  const { residual, tolerance } = report, [place, found, limit] = judgedAt(report), U = found.uncertainty_g_mm;
   const left = typeof U === "number" ? `${shown(found.magnitude_g_mm, 2, "g·mm")} ± ${withUnit(U, 2, "g·mm")}` : withUnit(found.magnitude_g_mm, 2, "g·mm");
   const given = { left, permitted: withUnit(limit, 2, "g·mm"), grade: tolerance.grade_mm_s, speed: tolerance.speed_rpm };
   const says = typeof tolerance.grade_mm_s === "number" ? t("Residual {left}; G {grade} permits {permitted} at {speed} rpm.", given) : t("Residual {left}; {permitted} is permitted.", given);
