@@ -65,7 +65,7 @@ def test_a_crank_has_the_name_that_its_user_gives_it(page: Browser, project: Ser
     assert page.run("return document.getElementById('crank-name').textContent") == "V8: 001"
     refused = project.ask("/api/cranks", {"file": small.NAME, "name": "a\nb"}, "PUT")
     assert refused.status == 400
-    assert project.ask("/api/cranks", {"file": "other.stl", "name": "a"}, "PUT").status == 400
+    assert project.ask("/api/cranks", {"file": "in-no-project.stl", "name": "a"}, "PUT").status == 400
     named("")
 
 

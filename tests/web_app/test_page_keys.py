@@ -161,4 +161,5 @@ def test_a_run_is_listed_with_its_crank(page: Browser) -> None:
     shown = page.run(
         "return [...document.querySelectorAll('#run-list li span:first-child')].map(each => each.textContent)"
     )
-    assert any(each.startswith("small balance: done") for each in shown)
+    name = page.run("return document.getElementById('crank-name').textContent")
+    assert any(each.startswith(f"{name} balance: done") for each in shown)
