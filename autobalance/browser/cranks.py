@@ -14,7 +14,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from autobalance.browser.guard import body_of, refused
-from autobalance.browser.project import APP_FOLDER
+from autobalance.browser.project import APP_FOLDER, free
 from autobalance.errors import FormatError, file_errors
 from autobalance.types import Array
 
@@ -57,9 +57,7 @@ def kept_jobs(project: Project) -> Path:
 def keep_crank(project: Project, file: str, crank: KnownCrank) -> None:
     """Keep the facts about one crank; the file is whole at any time."""
     kept = {name: asdict(each) for name, each in {**known_cranks(project), file: crank}.items()}
-    waiting = _path(project).with_suffix(".part")
-    waiting.write_text(json.dumps(kept, ensure_ascii=False), encoding="utf-8")
-    waiting.replace(_path(project))
+    project.write_text(f"{APP_FOLDER}/{FILE}", json.dumps(kept, ensure_ascii=False))
 
 
 def _path(project: Project) -> Path:
@@ -97,9 +95,8 @@ def scaled_crank(project: Project, file: str, factor: float, stroke_mm: float) -
 def copied_crank(project: Project, file: str) -> str:
     """Copy a crank's file under a new name; return that. It is called as the crank, with a number."""
     known, path = known_cranks(project), project.folder / file
-    number = 2
-    while (target := project.folder / f"{path.stem}-{number}{path.suffix}").exists():
-        number += 1
+    target = free(project.folder, file)
+    number = target.stem.rpartition("-")[2]
     with file_errors(f"copy {file}"):
         target.write_bytes(path.read_bytes())
     own = known.get(file, KnownCrank())

@@ -194,9 +194,7 @@ class Live:
             kept[str(number)] = datetime.now(UTC).isoformat(timespec="seconds")
         own = self._project.own_folder(run)
         own.mkdir(parents=True, exist_ok=True)
-        waiting = own / f"{TICKS}.part"
-        waiting.write_text(json.dumps(kept), encoding="utf-8")
-        waiting.replace(own / TICKS)
+        self._project.write_text(str((own / TICKS).relative_to(self._project.folder)), json.dumps(kept))
         return JSONResponse(self._ticks(told))
 
     def _ticks(self, told: dict[str, Any]) -> dict[str, Any]:

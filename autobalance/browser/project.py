@@ -139,7 +139,7 @@ class Project:
                         raise TooLarge
                     digest.update(chunk)
                     stream.write(chunk)
-            target = _free(folder, name)
+            target = free(folder, name)
             waiting.rename(target)
         finally:
             waiting.unlink(missing_ok=True)
@@ -159,12 +159,13 @@ class Project:
             here = self.file(name)
             if here is not None and here.read_bytes() == data:
                 return name
-            target = _free(self.folder, name)
+            target = free(self.folder, name)
             target.write_bytes(data)
         return target.name
 
 
-def _free(folder: Path, name: str) -> Path:
+def free(folder: Path, name: str) -> Path:
+    """Return the file of a name in a folder, or of the first with a number that is not taken."""
     path, number = folder / name, 2
     while path.exists() or path.is_symlink():
         path = folder / f"{Path(name).stem}-{number}{Path(name).suffix}"
