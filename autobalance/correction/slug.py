@@ -22,9 +22,16 @@ from autobalance.correction.holes.cut import (
     missed,
     widest_mm,
 )
-from autobalance.correction.holes.hole import Hole, Position, keep_apart, listed_position, positions_of
+from autobalance.correction.holes.hole import (
+    FLAT_BOTTOM_RAD,
+    Hole,
+    Position,
+    keep_apart,
+    listed_position,
+    positions_of,
+)
 from autobalance.correction.holes.sites import Places, Site
-from autobalance.correction.holes.slugs import FLAT_BOTTOM_RAD, FillCut, PressedIn, SlugLimits, fills
+from autobalance.correction.holes.slugs import FillCut, PressedIn, SlugLimits, fills
 from autobalance.correction.holes.surface import Surface
 from autobalance.correction.holes.trace import SlugTrace
 from autobalance.correction.holes.walls import HoleLimits

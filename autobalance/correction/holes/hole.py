@@ -26,6 +26,8 @@ from autobalance.types import Array
 # Common parts of drilled holes and bores for slugs: their effect, tool body and spacing.
 
 
+FLAT_BOTTOM_RAD = 0.5 * math.pi
+"""Half of the point angle of a hole with a flat bottom."""
 SEGMENTS = 64
 """Sides of a tool's prism; its area is the circle's, its corners stick out by 0.08 % of the radius."""
 EQUAL_AREA = equal_area(SEGMENTS)

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from autobalance.correction.contract import Correction, Envelope, Limits, bar
 from autobalance.correction.cut import WalledCut
 from autobalance.correction.holes.bores import BlindHole, blind_holes, fitting_mm
-from autobalance.correction.holes.hole import Hole
+from autobalance.correction.holes.hole import FLAT_BOTTOM_RAD, Hole
 from autobalance.correction.holes.sites import in_sectors
 from autobalance.correction.holes.surface import Axis, Surface
 from autobalance.correction.kind import Workpiece
@@ -29,10 +29,6 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 # Slugs in whichever hole, and slugs for existing blind holes.
-
-
-FLAT_BOTTOM_RAD = 0.5 * math.pi
-"""Half of the point angle of a hole with a flat bottom."""
 
 
 class PressedIn(WalledCut, ABC):

@@ -13,7 +13,7 @@ import numpy as np
 from autobalance.correction.contract import Item, Limits
 from autobalance.correction.holes.bores import ROUND_SHARE
 from autobalance.correction.holes.drills import DrillLimits
-from autobalance.correction.holes.hole import Hole, drill_body
+from autobalance.correction.holes.hole import FLAT_BOTTOM_RAD, Hole, drill_body
 from autobalance.correction.holes.surface import (
     Around,
     Axis,
@@ -45,13 +45,10 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
+from autobalance.units import G_PER_MM3_PER_KG_M3
 
-FLAT_RAD = 0.5 * math.pi
-"""Half of the point angle of a hole with a flat bottom."""
 _SURFACES: WeakKeyDictionary[Before, Surface] = WeakKeyDictionary()
 """Boundaries of cranks, for all of their holes."""
-G_PER_MM3_PER_KG_M3 = 1e-6
-"""Grams per cubic millimetre in one kilogram per cubic metre."""
 
 
 @dataclass(frozen=True)
@@ -299,11 +296,11 @@ class SlugTrace(HoleTrace):
         mass = math.pi * radius**2 * length * density
         values |= {"slug_mass_g": mass, "slug_centre_mm": centre}
         values["centrifugal_load_N"] = mass * math.hypot(*centre[:2]) * 1e-6 * metal.service_speed_rad_s**2
-        values["point_angle_deg"] = 2.0 * math.degrees(FLAT_RAD)
+        values["point_angle_deg"] = 2.0 * math.degrees(FLAT_BOTTOM_RAD)
         if not self.takes_metal:
             web = web_at(metal.crank.anatomy, float(centre[2]))
             return {**values, "web": web, **rates(Moments.zero())}
         turn = np.outer(inward, mass * centre)
         sunk = Moments(0.0, mass * inward, turn + turn.T)
-        hole = Hole(Axis(entry, inward), radius, FLAT_RAD, 0.0, Moments.zero(), 0.0, 0.0)
+        hole = Hole(Axis(entry, inward), radius, FLAT_BOTTOM_RAD, 0.0, Moments.zero(), 0.0, 0.0)
         return {**values, **rates(sunk - hole.rate(depth).scaled(metal.density_g_mm3))}

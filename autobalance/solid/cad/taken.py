@@ -20,7 +20,7 @@ from autobalance.solid.cad.build import (
     tool_shape,
 )
 from autobalance.solid.cad.kernel import area_properties, common, cut, explored, fused, properties
-from autobalance.solid.cad.tessellation import PlaneFace, bounds_mm, surfaces
+from autobalance.solid.cad.tessellation import PlaneFace, as_array, bounds_mm, surfaces
 from autobalance.solid.csg.shape import Arc, Line, Outline, outline_area_mm2, reversed_outline
 from autobalance.solid.csg.tool import Drilling, Lowering, Raising, Tool
 from autobalance.types import Array
@@ -203,21 +203,18 @@ def _edges(edge: Any) -> list[Edge]:
     if edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
         first, last = last, first
     kind = curve.GetType()
-    start, end = _point(curve.Value(first)), _point(curve.Value(last))
+    start, end = as_array(curve.Value(first)), as_array(curve.Value(last))
     if kind == GeomAbs_CurveType.GeomAbs_Line:
         return [Edge(start, end)]
     if kind == GeomAbs_CurveType.GeomAbs_Circle:
         circle = curve.Circle()
         axis = circle.Axis().Direction()
-        return [Edge(start, end, _point(circle.Location()), _point(axis), last - first)]
+        return [Edge(start, end, as_array(circle.Location()), as_array(axis), last - first)]
     points = [
-        _point(curve.Value(first + (last - first) * k / CHORDS_PER_EDGE)) for k in range(CHORDS_PER_EDGE + 1)
+        as_array(curve.Value(first + (last - first) * k / CHORDS_PER_EDGE))
+        for k in range(CHORDS_PER_EDGE + 1)
     ]
     return [Edge(*pair) for pair in pairwise(points)]
-
-
-def _point(xyz: Any) -> Array:
-    return np.array([xyz.X(), xyz.Y(), xyz.Z()])
 
 
 def flat_loops(loops: Sequence[Loop], frame: Array) -> tuple[Outline, ...]:

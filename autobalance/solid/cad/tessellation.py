@@ -197,7 +197,7 @@ def _outward(face: Any, plane: Any) -> Array:
     """Return the outward normal: a plane's own sense, turned by its axes' hand and by the face's."""
     from OCP.TopAbs import TopAbs_Orientation
 
-    direction = _vector(plane.Axis().Direction())
+    direction = as_array(plane.Axis().Direction())
     inward = face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
     return -direction if inward == bool(plane.Direct()) else direction
 
@@ -210,8 +210,8 @@ def _cylinder(number: int, face: Any) -> CylinderFace:
     reversed_ = face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
     return CylinderFace(
         number,
-        _vector(cylinder.Location()),
-        _vector(cylinder.Axis().Direction()),
+        as_array(cylinder.Location()),
+        as_array(cylinder.Axis().Direction()),
         float(cylinder.Radius()),
         float(adaptor.FirstVParameter()),
         float(adaptor.LastVParameter()),
@@ -228,7 +228,8 @@ def _adaptor(face: Any) -> Any:
     return BRepAdaptor_Surface(TopoDS.Face(face))
 
 
-def _vector(xyz: Any) -> Array:
+def as_array(xyz: Any) -> Array:
+    """Return a point or direction of the kernel as (3,)."""
     return np.array([xyz.X(), xyz.Y(), xyz.Z()])
 
 
@@ -242,4 +243,4 @@ def _area(face: Any) -> tuple[float, Array]:
 
     props = GProp_GProps()
     BRepGProp.SurfaceProperties_s(face, props)
-    return float(props.Mass()), _vector(props.CentreOfMass())
+    return float(props.Mass()), as_array(props.CentreOfMass())
