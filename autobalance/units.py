@@ -32,6 +32,16 @@ BAR_PER_MPA: Final = 10.0
 """Bars in one MPa (N/mm²)."""
 N_M_PER_N_MM: Final = 1e-3
 """Newton-metres (joules) in one newton-millimetre."""
+N_MM_PER_N_M: Final = 1e3
+MPA_PER_GPA: Final = 1e3
+UM_PER_MM: Final = 1e3
+KG_PER_G: Final = 1e-3
+M3_PER_MM3: Final = 1e-9
+KG_MM2_PER_G_MM2: Final = 1e-3
+KG_M2_PER_G_MM2: Final = 1e-9
+KG_M2_PER_KG_MM2: Final = 1e-6
+G_S2_PER_N_MM: Final = 1e6
+"""g/s² in one N/mm, for stiffness in mm, g, s."""
 
 
 def wrapped_deg(angle_deg: float) -> float:

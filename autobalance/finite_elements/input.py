@@ -12,10 +12,9 @@ from autobalance.finite_elements.analysis import Box, Hold, Load
 from autobalance.finite_elements.elasticity import Material
 from autobalance.job.model import LengthUnit
 from autobalance.toml_files.keys import plain, read_document
-from autobalance.units import STEEL_KG_M3
+from autobalance.units import MPA_PER_GPA, STEEL_KG_M3
 
 T_MM3_PER_KG_M3 = 1e-12
-MPA_PER_GPA = 1e3
 POISSON = Range("must be 0 ≤ nu < 0.5", least=0.0, below=0.5)
 MODES_MOST = 100
 SOME_MODES = Range(f"must be 1 to {MODES_MOST}", least=1, most=MODES_MOST)

@@ -25,6 +25,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import through_file
 from autobalance.solid.mesh.mesh import mesh_of_soup
 from autobalance.types import Array, Indices
+from autobalance.units import N_MM_PER_N_M
 
 # The torsional stiffness of a body between two plane ends, and how sure it is from several meshes.
 
@@ -148,9 +149,6 @@ def end_nodes(body: ElasticBody, z_mm: float, slack_mm: float) -> NDArray[np.int
 
 
 # A crank throw between two plane ends, bent in its plane and twisted: what its surface bears.
-
-
-N_MM_PER_N_M = 1e3
 
 
 @dataclass(frozen=True, eq=False)

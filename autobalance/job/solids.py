@@ -13,7 +13,7 @@ from autobalance.job.model import Distribution, LengthUnit
 from autobalance.job.read_crankshaft import density_keys
 from autobalance.toml_files.keys import read
 from autobalance.toml_files.typed_units import WEIGHT_TABLES
-from autobalance.units import G_PER_MM3_PER_KG_M3
+from autobalance.units import G_PER_MM3_PER_KG_M3, KG_MM2_PER_G_MM2
 
 if TYPE_CHECKING:
     from autobalance.crank.connecting_rod import MeasuredRod
@@ -112,7 +112,6 @@ PLACES = {"rotating_g": "connecting_rod_big_end", "reciprocating_g": "connecting
 """Table of weights → the name that a rod's end has in it."""
 LENGTH_MM, LENGTH_SHARE = 0.1, 0.005
 """A rod length that is given may differ from the measured one by the larger of these."""
-KG_MM2_PER_G_MM2 = 1e-3
 
 
 def with_measured_rod(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:

@@ -12,11 +12,12 @@ from scipy.optimize import minimize
 
 from autobalance.errors import SolidError
 from autobalance.profile_search.envelope import violation
-from autobalance.profile_search.problem import COLUMNS, G_MM2_PER_KG_MM2, STRESS, Problem
+from autobalance.profile_search.problem import COLUMNS, STRESS, Problem
 from autobalance.profile_search.strength import Analysed, StrengthModel
 from autobalance.profile_search.written import WrittenDesign, written
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.types import Array
+from autobalance.units import G_MM2_PER_KG_MM2
 
 # Designs as a search judges them: by the moments of their profiles and by their predicted strength.
 

@@ -33,8 +33,8 @@ from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
+from autobalance.units import G_MM2_PER_KG_MM2
 
-G_MM2_PER_KG_MM2 = 1000.0
 LOAD, STRESS, FREQUENCY = "greatest_main_load_N", "greatest_stress_MPa", "first_frequency_hz"
 COLUMNS = {"mass_g": 4, "polar_inertia_kg_mm2": 5}
 """Columns of the moments' gradient."""

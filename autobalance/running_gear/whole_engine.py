@@ -15,7 +15,7 @@ from autobalance.running_gear.articulated import LinkCrank
 from autobalance.running_gear.parts import Parts
 from autobalance.running_gear.slider_crank import Motion, SliderCrank
 from autobalance.types import Array, Complex
-from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2, wrapped_deg
+from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM, N_PER_G_MM_S2, wrapped_deg
 
 # Whole engines: any number of cylinders on any crank, and what shakes them, order by order.
 #
@@ -25,7 +25,6 @@ from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2, wrapped_deg
 # right angles to it.
 
 
-N_M_PER_N_MM = 1e-3
 Generic = TypeVar("Generic", Array, Complex)
 MIRROR = np.array([1.0, -1.0])
 """Angle of a vector (x, y) in the x–z plane."""

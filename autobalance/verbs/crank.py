@@ -23,7 +23,7 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Stopwatch
 from autobalance.solid.formats.registry import needs_unit
 from autobalance.types import Array
-from autobalance.units import STEEL_KG_M3
+from autobalance.units import G_MM2_PER_KG_MM2, STEEL_KG_M3
 
 if TYPE_CHECKING:
     from autobalance.crank.anatomy import MainJournal, Throw, Web
@@ -31,9 +31,6 @@ if TYPE_CHECKING:
 
 
 # A crank as an object: read from a file or taken from a mesh, recognised and measured.
-
-
-G_MM2_PER_KG_MM2 = 1000.0
 
 
 @dataclass(frozen=True, eq=False)

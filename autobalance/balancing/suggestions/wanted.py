@@ -17,8 +17,8 @@ from autobalance.job.model import EngineParts
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.running_gear.parts import LEAST_DIRECTION, ThrowLoad, factor_direction_g_mm
 from autobalance.types import Array
+from autobalance.units import G_MM2_PER_KG_MM2
 
-G_MM2_PER_KG_MM2 = 1000.0
 MIN_COSINE = 0.5
 """A web counts towards the factor where its crankpin's direction has this cosine with the factor's."""
 NEAR_FACTOR, NEAR_INERTIA = 1e-4, 1e-5

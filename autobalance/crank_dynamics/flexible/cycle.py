@@ -19,7 +19,7 @@ from autobalance.crank_dynamics.flexible.crank_in_films import (
     journal_paths,
     taken_n,
 )
-from autobalance.crank_dynamics.rotor.from_crank import E_GPA, MPA_PER_GPA, NU, throw_bending
+from autobalance.crank_dynamics.rotor.from_crank import E_GPA, NU, throw_bending
 from autobalance.crank_dynamics.torsion.chain import ThrowShape
 from autobalance.crank_dynamics.torsion.from_job import crank_chain, throw_shapes, webs_beside
 from autobalance.crank_dynamics.torsion.input import crank_torsion
@@ -37,7 +37,7 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array, Complex
-from autobalance.units import M_PER_MM, N_M_PER_N_MM, N_PER_G_MM_S2
+from autobalance.units import M_PER_MM, MPA_PER_GPA, N_M_PER_N_MM, N_PER_G_MM_S2
 
 # The cycle of a crank that bends: main loads, journal orbits and web moments on springs.
 

@@ -12,11 +12,11 @@ from autobalance.engines.bearings.film import CONTACT_ECCENTRICITY_RATIO
 from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.engines.cycle.load_figures import LoadPeak
 from autobalance.types import Complex
+from autobalance.units import UM_PER_MM
 
 if TYPE_CHECKING:  # half a second of a cycle whose crank does not bend: scipy.integrate
     from autobalance.crank_dynamics.flexible.cycle import FlexibleCycle, ShaftTwist
 
-UM_PER_MM = 1e3
 MRAD_PER_RAD = 1e3
 
 

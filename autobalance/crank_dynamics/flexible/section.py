@@ -20,9 +20,8 @@ from autobalance.errors import JobError
 from autobalance.job import Job
 from autobalance.report.plots import Plot
 from autobalance.report.tables import table
-from autobalance.units import RAD_S_PER_RPM
+from autobalance.units import RAD_S_PER_RPM, UM_PER_MM
 
-UM_PER_MM = 1e3
 USUAL_CLEARANCE = 1e-3
 """Radial clearance of a plain bearing over its diameter, at most."""
 

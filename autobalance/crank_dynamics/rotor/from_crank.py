@@ -15,6 +15,7 @@ from autobalance.crank_dynamics.torsion.chain import ThrowShape
 from autobalance.crank_dynamics.torsion.from_job import sides_of_throws, throw_shapes, webs_beside
 from autobalance.declare import Ordinal, Positive, record
 from autobalance.rigid_rotor.unbalance import Moments
+from autobalance.units import KG_MM2_PER_G_MM2, KG_PER_G, MPA_PER_GPA
 
 # Bending stiffness of a crank throw, as that of an equivalent straight shaft.
 #
@@ -93,9 +94,6 @@ def rectangle_torsion_mm4(breadth_mm: float, thickness_mm: float) -> float:
 # A measured crank becomes a straight rotor: shafts as flexible as its throws, discs as heavy as parts.
 
 
-KG_PER_G = 1e-3
-KG_MM2_PER_G_MM2 = 1e-3
-MPA_PER_GPA = 1e3
 E_GPA, NU = 210.0, 0.3
 """Young's modulus [GPa] and Poisson's ratio of steel."""
 N_M2_PER_N_MM2 = 1e-6

@@ -24,8 +24,8 @@ from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.errors import JobError
 from autobalance.job import Job
 from autobalance.types import Array
+from autobalance.units import N_MM_PER_N_M
 
-N_MM_PER_N_M = 1e3
 Place = Literal["crankpin", "journal"]
 Costs = Mapping[tuple[int, Place], float]
 """Number of a web, and one of its fillets → factor by which cuts next to it raise its stress."""

@@ -20,7 +20,6 @@ from autobalance.crank_dynamics.strength.fatigue import (
     polar_modulus_mm3,
 )
 from autobalance.crank_dynamics.strength.fillets_from_job import (
-    N_MM_PER_N_M,
     FilletRow,
     LeastSafety,
     checked_strength,
@@ -34,6 +33,7 @@ from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.errors import JobError
 from autobalance.job import Job
 from autobalance.types import Array
+from autobalance.units import N_MM_PER_N_M
 
 ANGLES = 360
 """Angles of the outlet that are tried if the job states no angle: to 4e-5 of the largest bending."""

@@ -12,7 +12,7 @@ from autobalance.balancing.engine_from_job import with_crankpins
 from autobalance.balancing.measured import Crank
 from autobalance.crank.anatomy import Pin, Throw
 from autobalance.crank_dynamics.strength.fatigue import FilletShape, polar_modulus_mm3
-from autobalance.crank_dynamics.strength.fillets_from_job import N_MM_PER_N_M, Costs, Place, Side
+from autobalance.crank_dynamics.strength.fillets_from_job import Costs, Place, Side
 from autobalance.crank_dynamics.strength.model import Strength
 from autobalance.crank_dynamics.torsion.throw_twist import throw_ends_mm
 from autobalance.declare import NotNegative, Ordinal, Positive, record
@@ -23,6 +23,7 @@ from autobalance.finite_elements.throws import Deadline, ThrowLoads, bodies_of_s
 from autobalance.runtime import Progress, no_progress
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
+from autobalance.units import N_MM_PER_N_M
 
 SHARES_OF_RADIUS = (0.6, 0.4)
 """Size of elements in a fillet over its radius, of the two meshes: curved and quadratic as they are."""

@@ -10,19 +10,12 @@ from typing import Any
 import numpy as np
 
 from autobalance.crank_dynamics.torsion.chain import TorsionChain
-from autobalance.crank_dynamics.torsion.input import (
-    DAMPING_RATIO,
-    INERTIA,
-    KG_M2_PER_KG_MM2,
-    SHARED,
-    SPRING,
-    question_of,
-)
+from autobalance.crank_dynamics.torsion.input import DAMPING_RATIO, INERTIA, SHARED, SPRING, question_of
 from autobalance.crank_dynamics.torsion.model import TorsionQuestion
 from autobalance.declare import FILLED, Key, Values
 from autobalance.errors import JobError
 from autobalance.toml_files.keys import read_document
-from autobalance.units import M_PER_MM
+from autobalance.units import KG_M2_PER_KG_MM2, M_PER_MM
 
 CHAIN = (
     *SHARED,

@@ -27,9 +27,8 @@ from autobalance.running_gear.whole_engine import Cylinder
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
-from autobalance.units import M_PER_MM
+from autobalance.units import KG_M2_PER_G_MM2, M_PER_MM
 
-KG_M2_PER_G_MM2 = 1e-9
 ANGLES = 720
 LEAST_BORE = 0.15
 """Share of a diameter below which what a section lacks is facets or an oil hole, not a bore."""

@@ -25,12 +25,11 @@ from autobalance.errors import JobError
 from autobalance.job.tables import AddonTables, TablesRead
 from autobalance.toml_files.keys import read
 from autobalance.types import Array
-from autobalance.units import M_PER_MM, RAD_S_PER_RPM
+from autobalance.units import KG_M2_PER_KG_MM2, KG_PER_G, M_PER_MM, MPA_PER_GPA, RAD_S_PER_RPM
 
 # Keys of gears, branches, couplings and dampers of a torsional train, and their values. SI units out.
 
 
-KG_M2_PER_KG_MM2 = 1e-6
 NOT_ZERO = Range("must not be 0", apart=1e-6)
 
 INERTIA = (
@@ -169,9 +168,6 @@ def _damper(number: int, each: Values) -> Damper:
 
 # Keys of a job for ``torsion``: speeds, torques, an absorber, the crank's own model. SI units out.
 
-
-KG_PER_G = 1e-3
-MPA_PER_GPA = 1e3
 
 POINTS = Range("must be 2 to 100000", least=2, most=100000)
 SPEEDS = (

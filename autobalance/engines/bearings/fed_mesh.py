@@ -17,7 +17,7 @@ from autobalance.engines.bearings.film import JournalBearing
 from autobalance.engines.bearings.oil import SQUARE_OF_A_HOLE, Capillary, Feed, GivenFlow, Orifice, Restrictor
 from autobalance.errors import JobError
 from autobalance.types import Array
-from autobalance.units import M_PER_MM
+from autobalance.units import M3_PER_MM3, M_PER_MM
 
 # Finite volumes of a developed bush with feeds: cells, their conductances, forces of their pressures.
 
@@ -169,7 +169,6 @@ def _over(breadth: Array, distance: Array) -> Array:
 
 
 PA_PER_BAR = 1e5
-M3_PER_MM3 = 1e-9
 OIL_KG_M3 = 860.0
 """Density where a viscosity is given in place of an [oil]: orifices need it."""
 NEEDS = {

@@ -8,7 +8,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-N_M_PER_N_MM = 1e-3
+from autobalance.units import N_M_PER_N_MM
+
 STARVED_BELOW = 2000.0
 """ν n [mm²/s · 1/min] under which the load-free part no longer falls with the speed."""
 

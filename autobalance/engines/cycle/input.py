@@ -31,7 +31,7 @@ from autobalance.engines.cycle.windage import AIR_KEYS, Air
 from autobalance.errors import JobError
 from autobalance.job.tables import AddonTables, TablesRead
 from autobalance.toml_files.keys import plain
-from autobalance.units import BAR_PER_MPA, G_MM2_PER_KG_MM2, N_M_PER_N_MM
+from autobalance.units import BAR_PER_MPA, G_MM2_PER_KG_MM2, M3_PER_MM3, N_M_PER_N_MM
 
 WallHeat = Literal["none", "woschni"]
 Gas = Literal["real", "ideal"]
@@ -49,7 +49,6 @@ ABSOLUTE = Range("must be absolute, ≥ 0 (gauge?)", least=0.0)
 ABSOLUTE_ABOVE_0 = Range("must be absolute, ≥ 0.001 (gauge?)", least=1e-3)
 STROKES = Range("must be 2 or 4", one_of=(2, 4))
 MM3_PER_CM3 = 1e3
-M3_PER_MM3 = 1e-9
 DEAD_CENTRE = "the bottom dead centre beside firing"
 
 CYLINDER = (

@@ -19,10 +19,9 @@ from autobalance.declare import ANY, NOT_NEGATIVE, POSITIVE, Key, Range, Values
 from autobalance.running_gear.loads import Loads, lever_shares, loads
 from autobalance.running_gear.whole_engine import Engine
 from autobalance.types import Array, Complex
-from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
+from autobalance.units import G_PER_KG, N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
 FREE_FALL_M_S2 = 9.80665
-G_PER_KG = 1e3
 MM_PER_M = 1e3
 TILT = Range("must be −90 to 90", least=-90.0, most=90.0)
 

@@ -12,15 +12,12 @@ from autobalance.engines.mounts.spectra import FrameFile, Measured, Mounts
 from autobalance.errors import JobError
 from autobalance.job.tables import AddonTables, TablesRead
 from autobalance.types import Array
-from autobalance.units import G_MM2_PER_KG_MM2, RAD_S_PER_RPM
+from autobalance.units import G_MM2_PER_KG_MM2, G_PER_KG, G_S2_PER_N_MM, RAD_S_PER_RPM
 
 Axis = Literal["x", "y", "z"]
 Body = Literal["engine", "frame"]
 Unit = Literal["m", "mm"]
 Vector = tuple[float, float, float]
-G_PER_KG = 1e3
-G_S2_PER_N_MM = 1e6
-"""Stiffness: 1 N/mm in g/s²."""
 G_S_PER_N_S_MM = 1e6
 """Damping: 1 N·s/mm in g/s."""
 

@@ -13,6 +13,7 @@ from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.shape import Line, Prism, Revolved, Shape, Without, circle, on_grid, tessellated
 from autobalance.test_stands.bench.answer import WrittenRotor
 from autobalance.test_stands.bench.rotor import DiscHole, DiscOnShaft
+from autobalance.units import KG_PER_G
 
 # Solid of the bench rotor with its holes: disc on a shaft, z along the axis from the shaft's lower end.
 
@@ -53,7 +54,6 @@ def _hole(hole: DiscHole, low: float, high: float) -> Prism:
 Values = dict[str, Any]
 SEGMENTS = 720
 """Corners of a full circle in the STL: its inertia is light by 5e-5."""
-KG_PER_G = 1e-3
 
 
 def rotor_files(

@@ -24,7 +24,7 @@ from autobalance.test_stands.bench.answer import (
     DrilledHole,
     WrittenRotor,
 )
-from autobalance.units import G_PER_KG, RAD_S_PER_RPM
+from autobalance.units import G_PER_KG, KG_M2_PER_G_MM2, RAD_S_PER_RPM
 from autobalance.verbs.declaration import documented
 from autobalance.verbs.result import VerbResult
 
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from autobalance.test_stands.bench.input import Bench, Reading
     from autobalance.test_stands.bench.speed_control import LoopMargin, Trace
 
-KG_M2_PER_G_MM2 = 1e-9
 SAME_SPEED = 1e-9
 COVERAGE = 2.0
 """Coverage of what is reported as ±: some 95 %."""

@@ -35,13 +35,11 @@ from autobalance.job.files.reading import (
 from autobalance.test_stands.bench.spun_rotor import PlanarUnbalance, PointMass, RigidBody, axisymmetric
 from autobalance.test_stands.machine.balancing_machine import POINT, DrillPlace, Noise
 from autobalance.toml_files.keys import read_document
-from autobalance.units import RAD_S_PER_RPM
+from autobalance.units import G_S2_PER_N_MM, RAD_S_PER_RPM
 
 MachineKind = Literal["hard", "soft", "cradle", "nodal", "static"]
 Pair = tuple[float, float]
 
-G_S2_PER_N_MM = 1e6
-"""1 N/mm in g/s², the stiffness of mm, g, s."""
 MOST_RUNS = 100_000
 RUNS = Range(f"must be 1 to {MOST_RUNS}", least=1, most=MOST_RUNS)
 

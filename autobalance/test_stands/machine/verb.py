@@ -25,7 +25,7 @@ from autobalance.test_stands.machine.answer import (
     SensorReading,
     SpunRotorFigures,
 )
-from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2, wrapped_deg
+from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2, UM_PER_MM, wrapped_deg
 from autobalance.verbs.result import VerbResult
 
 if TYPE_CHECKING:
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from autobalance.test_stands.machine.input import Machine
     from autobalance.test_stands.machine.reported_rotor import ReportedRotor
 
-UM_PER_MM = 1000.0
 Pair = tuple[float, float]
 
 
