@@ -48,8 +48,8 @@ class Analysis:
     """A verb as a question: what it reads, what the job must have for it, and the number that answers it.
 
     It reads the page's job, the solid of the job's crank alone, a separate file (the name of its schema) or a
-    record; without any of them, its options. ``needs`` are keys of the job; ``a|b``: one of them, the first
-    is asked for; ``*pm*``: any key that is an uncertainty. ``given`` fills options from the job, or from the
+    record; without any of them, its options. ``needs`` are keys of the job: ``a|b`` is one of them, and the
+    page asks for the first; ``*pm*`` is any uncertainty. ``given`` fills options from the job, or from the
     crank that is shown.
     """
 
@@ -202,7 +202,7 @@ NOT_ASKED = (
 )
 """Parameters that are for Python, for the command line, or that the page has its own answer to."""
 FROM_JOB = {"fem": ("unit", "body", "density_kg_m3", "crankpin_in_file")}
-"""Parameters of a verb that the job says of its crank."""
+"""Parameters of a verb that follow from the crank in the job."""
 KINDS = {
     "bool": "bool",
     **dict.fromkeys(("int", "float"), "number"),

@@ -64,7 +64,7 @@ class Live:
         ]
 
     async def start(self, request: Request) -> Response:
-        """Return what a page needs first: forms, project, runs, and what it asks next of those that it shows.
+        """Return the first answers of a page: forms, project, runs, and the results that it shows.
 
         ``run`` is the result that the page showed last.
         """
