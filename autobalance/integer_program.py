@@ -7,13 +7,13 @@ solves in a separate process; the numbers are the same.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Final
 
 from autobalance.child_process import Children
 from autobalance.errors import AutobalanceError
 from autobalance.runtime import owns_standard_output
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Final
 
 from autobalance.units import STEEL_KG_M3
+from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated
 
 from autobalance import correction
@@ -26,6 +26,7 @@ from autobalance.quantities import Text, g, mm, said
 from autobalance.rigid_rotor.tolerance import Outcome, Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Notify
+from autobalance.value_classes import dataclass
 
 MOST_CAPACITY = 64.0
 """Multiples of the initial unbalance beyond which capacity is plenty."""

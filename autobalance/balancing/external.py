@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.types import Array, Floats
+from autobalance.value_classes import dataclass
 
 NO_LEVER_MM = 1e-6
 

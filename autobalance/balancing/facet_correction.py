@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Literal
 
 from autobalance.crank.anatomy import Anatomy
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.types import Floats
+from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ import hashlib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 from itertools import product
 from typing import Any, NoReturn, TypeVar
@@ -34,6 +34,7 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import LIMITS_SOUGHT, Notify, Skipped, skippable
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Cuts of an earlier report with new depths: their places, tools, faces and numbers stay.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -47,6 +47,7 @@ from autobalance.rigid_rotor.unbalance import Budget, Moments, Unbalance
 from autobalance.runtime import Notify
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Half corrections: cuts in one of two like webs of a throw, where both are heavy.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -13,6 +12,7 @@ import numpy as np
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Budget, Places, Share, Unbalance
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # A balancing machine's reading, as judged: rotor frame, parts not fitted included; its uncertainty.
 

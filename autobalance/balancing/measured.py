@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -34,6 +33,7 @@ from autobalance.solid.formats.registry import format_named, name_of_ending
 from autobalance.solid.formats.write import encode
 from autobalance.types import Floats
 from autobalance.units import MM_PER
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.crank.against import Against

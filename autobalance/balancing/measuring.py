@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +25,7 @@ from autobalance.solid.mesh.measure import soup_moments
 from autobalance.solid.soundness.repair import without_crowds
 from autobalance.solid.soundness.validate import without_flakes
 from autobalance.types import Array, Floats
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.solid.cad.build import Taken

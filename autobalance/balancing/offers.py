@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 from autobalance import correction
@@ -33,6 +33,7 @@ from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Budget, Unbalance
 from autobalance.runtime import LIMITS_SOUGHT, Notify, Skipped, skippable
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Candidates of a job's kinds of correction on a rotor: ever more, until a plan is good enough.
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, Literal
 
 from autobalance.declare import ABSENT, Absent
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that these load
     from autobalance.balancing.external import CarriedUnbalance

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -26,6 +26,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import read
 from autobalance.types import Floats
 from autobalance.units import MM_PER
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.solid.cad.brep import Exact

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
@@ -52,6 +52,7 @@ from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.runtime import Notify, Stopwatch
 from autobalance.solid.formats.read import Source
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.rigid_rotor.staged_assembly import AssemblyStage

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
@@ -22,6 +22,7 @@ from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 OPEN_SKIN_MM, OPEN_SCALE = 0.5, 2e-3
 """Uncertainty left by a scanner of unknown accuracy, 95 %: sprayed powder, no calibration."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from autobalance.rigid_rotor.unbalance import Moments, Places, Share, Unbalance,
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.roughness.estimate import smoothed_normals
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 PATCHES = 900
 """The surface is looked at in about so many patches."""

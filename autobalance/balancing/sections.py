@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from autobalance import registry
@@ -14,6 +13,7 @@ from autobalance.job import Job
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.runtime import Notify
 from autobalance.solid.csg.solid import Solid
+from autobalance.value_classes import dataclass
 
 
 class State(NamedTuple):

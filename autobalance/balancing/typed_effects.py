@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.solid.formats.read import Source
 from autobalance.types import Array
 from autobalance.units import MM_PER
+from autobalance.value_classes import dataclass
 
 # Warnings of a typed axis, journal or crankpin that the file contradicts, with the unbalance at stake.
 #

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -31,6 +31,7 @@ from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source
 from autobalance.solid.formats.registry import format_named
+from autobalance.value_classes import dataclass
 
 TABLES = ("rotating", "reciprocating", "crankpin")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from autobalance.solid.mesh.mesh import Mesh, least_and_greatest
 from autobalance.solid.mesh.stretches import Stretches
 from autobalance.solid.slicing.slices import cross_sections
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 from autobalance.wording import listed_numbers
 
 if TYPE_CHECKING:

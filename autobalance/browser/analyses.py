@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, field
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,7 @@ from autobalance.browser.project import FILE_KEYS, Project, named_files
 from autobalance.declare import UNIT_BY_ENDING
 from autobalance.errors import AutobalanceError, UsageError
 from autobalance.toml_files.document import text_of, toml_of, toml_text
+from autobalance.value_classes import dataclass
 from autobalance.verbs.declaration import REQUIRED, Parameter, parameters_of
 
 if TYPE_CHECKING:

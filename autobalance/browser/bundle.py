@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from autobalance.browser.guard import asset
+from autobalance.value_classes import dataclass
 
 FIRST = "app.js"
 OUTSIDE = "preact.min.js"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -17,6 +17,7 @@ from autobalance.browser.guard import body_of, refused
 from autobalance.browser.project import APP_FOLDER, free
 from autobalance.errors import FormatError, file_errors
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.browser.project import Project

@@ -6,7 +6,6 @@ import json
 import math
 import struct
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
@@ -18,6 +17,7 @@ from autobalance import registry
 from autobalance.report.pictures.picture import crank_picture
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.balancing.measured import Crank

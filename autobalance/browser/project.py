@@ -8,11 +8,11 @@ import re
 import secrets
 import shutil
 from collections.abc import AsyncIterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from autobalance.errors import FileError, file_errors
+from autobalance.value_classes import dataclass
 
 # A project: a folder with plain files that the commands understand; nothing outside it is touched.
 

@@ -13,7 +13,7 @@ import sys
 import threading
 import time
 import tomllib
-from dataclasses import dataclass, field
+from dataclasses import field
 from datetime import UTC, datetime
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -27,6 +27,7 @@ from autobalance.errors import AutobalanceError
 from autobalance.job.from_options import Difference, differences
 from autobalance.runtime import held_signals
 from autobalance.toml_files.document import toml_text
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection

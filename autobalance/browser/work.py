@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from autobalance.browser.analyses import ANALYSES, keywords_of
 from autobalance.browser.project import Project
 from autobalance.profile_search.input import START_TABLES
 from autobalance.runtime import own_standard_output
+from autobalance.value_classes import dataclass
 from autobalance.verbs.declaration import parameters_of
 
 if TYPE_CHECKING:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any
 
@@ -33,6 +32,7 @@ from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Raising, Tool
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 DEFAULT_MAX_MM = 10.0
 """Largest height added by default (ours)."""

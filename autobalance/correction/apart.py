@@ -6,7 +6,6 @@ Distances are bounded from below, for all pairs at once: too near never counts a
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from autobalance.correction.contract import Apart, Cut, Envelope
 from autobalance.correction.holes.walls import segments_distance_mm
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 NEAR_MM = 1e-9
 """Shortfall of a distance that counts as rounding."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -42,6 +42,7 @@ from autobalance.solid.csg.shape import Prism, Shape, outline_area_mm2, outline_
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 from autobalance.units import wrapped_deg
+from autobalance.value_classes import dataclass
 from autobalance.wording import degrees
 
 MIN_AXIAL_COMPONENT = 1.0 - 1e-6

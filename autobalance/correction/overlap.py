@@ -9,7 +9,7 @@ Where that is much of either, not both are made; where it is little, the one tha
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Protocol, cast
 
 import numpy as np
@@ -19,6 +19,7 @@ from autobalance.correction.cut import Made, as_taken
 from autobalance.crank.anatomy import Anatomy
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid, union
+from autobalance.value_classes import dataclass
 
 MAX_OVERLAP_SHARE = 0.3
 """Share of the lesser of two cuts up to which both may want the same metal. Plans count that twice at first;

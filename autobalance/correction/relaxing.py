@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Literal, get_type_hints
 
 from autobalance.crank.anatomy import Anatomy
 from autobalance.declare import Range
 from autobalance.errors import CorrectionError
 from autobalance.quantities import mm, said
+from autobalance.value_classes import dataclass
 
 # Ways in which limits that fall short may be relaxed, and those that several kinds share.
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -38,6 +37,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 DEFAULT_WALL_SHARE = 0.25
 """Metal left behind a face when the job names no ``min_wall_mm``, as a share of the web's width (ours)."""

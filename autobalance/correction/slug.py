@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -50,6 +50,7 @@ from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
 from autobalance.units import wrapped_deg
+from autobalance.value_classes import dataclass
 
 SEAT_MM = 0.02
 """Depth of a slug below the lowest point of its bore's mouth, so that it stands out nowhere."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -23,6 +22,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 from autobalance.units import wrapped_deg
+from autobalance.value_classes import dataclass
 
 SLACK_SHARE = 0.05
 """Share of its size by which metal may lie outside of the claimed room and still be that correction's: it is

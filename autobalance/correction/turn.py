@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Annotated, Any
 
@@ -44,6 +44,7 @@ from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.csg.tool import Tool, ring
 from autobalance.solid.mesh.stretches import Stretches
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 SEGMENTS = 360
 """Sides of the turned circle; a polygon of its area."""

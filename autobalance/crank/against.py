@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
@@ -14,6 +14,7 @@ from autobalance.declare import UNWRITTEN, NotNegative, Pair, Positive, Triple
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.roughness.estimate import vertex_areas
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 # Alignment of a crank with another, as in a scan with its drawing: on axis and throws, then on all points.
 #

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Literal
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from autobalance.crank.datums import Datums, ScanFit
 from autobalance.types import Array, Indices
 from autobalance.units import wrapped_deg
+from autobalance.value_classes import dataclass
 
 # The parts of a crankshaft, in the rotor frame: z is the crank axis, x points to crankpin 1.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -25,6 +24,7 @@ from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.slicing.slices import Slab
 from autobalance.types import Array
 from autobalance.units import N_M_PER_G_MM2_S2
+from autobalance.value_classes import dataclass
 
 # A connecting rod measured in its solid: eyes, mass, end weights, inertia, and their uncertainty.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Annotated, Literal
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from autobalance.declare import LAST, Angle, Positive, StandardError, derived
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Features of a crank that give its angle and its place along the axis by touch, in the rotor frame.
 

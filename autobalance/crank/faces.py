@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +16,7 @@ from autobalance.crank.recognition.section_stack import plane_levels, rotated
 from autobalance.solid.cad.tessellation import PlaneFace, Surfaces
 from autobalance.solid.mesh.mesh import Mesh, compacted, least_and_greatest, numbered_components
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 # Planar faces that a correction can use: largest connected sets of triangles on one plane.
 #

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import groupby, pairwise
 from typing import Literal
@@ -19,6 +19,7 @@ from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.slicing.slices import WHOLE_SLAB, Part, Slab
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Division of a crank along its axis: journals, crankpins, webs and counterweights with their moments.
 

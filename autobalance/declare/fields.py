@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import MISSING, dataclass
+from dataclasses import MISSING
 from enum import Enum
 from functools import cache
 from types import UnionType
@@ -37,6 +37,7 @@ from autobalance.declare.ranges import (
     converted,
 )
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Fields of results: what ``typing.Annotated`` declares of a dataclass's fields, and their writing.
 

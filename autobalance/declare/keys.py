@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cache
 from types import UnionType
 from typing import Annotated, Any, NewType, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from autobalance.declare.fields import Named
 from autobalance.declare.ranges import ANY, Range, TypedIn, Unit, converted, unit_of_name
+from autobalance.value_classes import dataclass
 
 T = TypeVar("T")
 

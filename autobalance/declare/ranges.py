@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
 from autobalance.units import (
@@ -15,6 +14,7 @@ from autobalance.units import (
     N_M_PER_N_MM,
     RAD_S_PER_RPM,
 )
+from autobalance.value_classes import dataclass
 
 # Ranges of numbers, sizes of lists and patterns of texts, for readers, schemas and messages.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -14,6 +14,7 @@ from autobalance.report.files import Staging
 from autobalance.toml_files.document import toml_of, toml_value
 from autobalance.toml_files.settings import with_settings
 from autobalance.toml_files.typed_units import FILL_IN, leaves
+from autobalance.value_classes import dataclass
 
 STOPPED = 130
 """Exit code of a dialogue whose input ended."""

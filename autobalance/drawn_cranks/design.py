@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import difflib
 import math
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from typing import Annotated, Any, Literal
 
 from autobalance.declare import OMITTED, POSITIVE, Count, NotNegative, Positive, Range, Size
 from autobalance.errors import JobError
 from autobalance.units import STEEL_KG_M3
+from autobalance.value_classes import dataclass
 
 Ends = Literal["both", "first"]
 WebOutline = Literal["pear", "disc"]

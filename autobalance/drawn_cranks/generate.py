@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 
@@ -31,6 +30,7 @@ from autobalance.solid.csg.shape import (
 )
 from autobalance.solid.csg.solid import Solid
 from autobalance.units import G_PER_MM3_PER_KG_M3
+from autobalance.value_classes import dataclass
 
 # Places of a crankshaft's parts along its axis.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -17,6 +16,7 @@ from autobalance.errors import AutobalanceError, JobError
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
+from autobalance.value_classes import dataclass
 
 SEGMENTS = 32
 """Fineness of trials; the moments are extrapolated from it, and compared with the crank's at the same."""

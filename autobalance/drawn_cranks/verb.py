@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
@@ -37,6 +36,7 @@ from autobalance.solid.formats.write import through_file
 from autobalance.solid.mesh.measure import soup_moments
 from autobalance.toml_files.document import text_of
 from autobalance.units import G_PER_MM3_PER_KG_M3, MM_PER
+from autobalance.value_classes import dataclass
 from autobalance.verbs.declaration import documented
 from autobalance.verbs.progress import telling
 from autobalance.verbs.result import VerbResult

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -31,6 +31,7 @@ from autobalance.finite_elements.mesher import (
 from autobalance.finite_elements.modes import Kind, Mode, modes_of, rigid_motions
 from autobalance.runtime import Progress, no_progress
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Stress and displacement of a held body under loads.
 

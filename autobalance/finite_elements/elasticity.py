@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from scipy.sparse.linalg import LinearOperator, SuperLU, cg, splu
 from autobalance.errors import SolidError
 from autobalance.finite_elements.mesher import CORNERS, TetrahedronMesh
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 # Stiffness, mass and stress of quadratic tetrahedra with curved edges; scikit-fem maps and integrates.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,6 +12,7 @@ from autobalance.finite_elements.elasticity import Material
 from autobalance.job.model import LengthUnit
 from autobalance.toml_files.keys import plain, read_document
 from autobalance.units import MPA_PER_GPA, STEEL_KG_M3
+from autobalance.value_classes import dataclass
 
 T_MM3_PER_KG_M3 = 1e-12
 POISSON = Range("must be 0 ≤ nu < 0.5", least=0.0, below=0.5)

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from autobalance.crank.anatomy import Pin
 from autobalance.errors import FileError, SolidError
 from autobalance.solid.formats.stl import write_stl
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 # Size of a mesh where a triangulated surface is curved.
 

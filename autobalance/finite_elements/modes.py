@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -14,6 +13,7 @@ from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh, splu
 from autobalance.errors import SolidError
 from autobalance.finite_elements.elasticity import ElasticBody, Material, stiffness_and_mass
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 Kind = Literal["bending", "torsion", "axial", "mixed"]
 

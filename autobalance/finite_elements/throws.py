@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from autobalance.solid.formats.write import through_file
 from autobalance.solid.mesh.mesh import mesh_of_soup
 from autobalance.types import Array, Indices
 from autobalance.units import N_MM_PER_N_M
+from autobalance.value_classes import dataclass
 
 # The torsional stiffness of a body between two plane ends, and how sure it is from several meshes.
 

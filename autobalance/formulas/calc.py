@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from autobalance.theory.calling import call, plain
+from autobalance.value_classes import dataclass
 from autobalance.verbs.result import VerbResult
 
 if TYPE_CHECKING:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
@@ -27,6 +26,7 @@ from autobalance.rigid_rotor.tolerance import (
 )
 from autobalance.toml_files.typed_units import unbalance_unit
 from autobalance.units import G_MM_PER, G_PER, RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 from autobalance.verbs.options import place_mm, positive
 from autobalance.verbs.result import VerbResult
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
@@ -50,6 +50,7 @@ from autobalance.toml_files.typed_units import (
     refuse_unfilled,
 )
 from autobalance.units import RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 
 T = TypeVar("T")
 ALWAYS_THERE = ("crankshaft", "engine", "original", "balance", "correction", "shafts")

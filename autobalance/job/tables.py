@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from autobalance import registry
@@ -15,6 +14,7 @@ from autobalance.job.limits import correction_key
 from autobalance.job.read_crankshaft import CRANKSHAFT
 from autobalance.job.read_engine import ENGINE, ORIGINAL
 from autobalance.toml_files.keys import json_schema, plain
+from autobalance.value_classes import dataclass
 
 # Tables of a job that an add-on declares and reads: the job carries what it makes of them.
 

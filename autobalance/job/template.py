@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, Literal, get_args, get_origin
 
 from autobalance.declare import REQUIRED, Key
@@ -19,6 +19,7 @@ from autobalance.job.workbook import Row
 from autobalance.toml_files.document import toml_value
 from autobalance.toml_files.keys import plain
 from autobalance.toml_files.typed_units import FILL_IN
+from autobalance.value_classes import dataclass
 
 WIDTH = 108
 ORIGINAL_TITLE = (

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from autobalance.errors import JobError
 from autobalance.toml_files.document import refuse_deep, toml_value
 from autobalance.toml_files.settings import set_key
 from autobalance.toml_files.spreadsheet import sheet_cells
+from autobalance.value_classes import dataclass
 
 SHEET = "Job"
 HEADING = ("Key", "Value", "Unit", "Meaning")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -30,6 +29,7 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import polygon_area_mm2
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Passes of an end mill over an area square to the spindle: loops side by side, walls and islands kept.
 

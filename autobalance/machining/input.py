@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -18,6 +18,7 @@ from autobalance.toml_files.document import text_of, toml_of
 from autobalance.toml_files.keys import named_in, read
 from autobalance.toml_files.typed_units import in_base_units, length_mm
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # ``MACHINE.toml`` of ``nc``: a machine tool, its rotary axis, its zero and its tools.
 

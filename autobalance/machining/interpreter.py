@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from autobalance.errors import FormatError
 from autobalance.machining.input import CuttingTool
+from autobalance.value_classes import dataclass
 
 # Reads the text of a program again, line by line, as a control does, independently of its writer.
 

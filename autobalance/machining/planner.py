@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 
 import numpy as np
@@ -53,6 +53,7 @@ from autobalance.machining.interpreter import steps_of, widest_mm
 from autobalance.machining.simulator import operation_body
 from autobalance.solid.csg.region import Region
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Choice of the set-up that reaches a cut, and of the tool that fits it.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from autobalance.machining.simulator import Simulation, Simulator, operation_bod
 from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.runtime import Notify
 from autobalance.solid.csg.solid import union
+from autobalance.value_classes import dataclass
 
 THIN_MM = 0.02
 """Half the thickness of what is rounding between two solids, not metal: facets of one round wall."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import pairwise
 
 import numpy as np
@@ -23,6 +23,7 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import equal_area
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # The moves of a program's text on the solid: what they cut, and what tool or holder would hit.
 

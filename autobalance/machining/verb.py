@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.runtime import Progress
+from autobalance.value_classes import dataclass
 from autobalance.verbs.progress import telling
 from autobalance.verbs.result import VerbResult
 

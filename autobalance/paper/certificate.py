@@ -7,7 +7,6 @@ import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from pathlib import PurePath
 from typing import Any, Literal
@@ -38,6 +37,7 @@ from autobalance.report.balance.zero import Zero, ZeroChoice
 from autobalance.report.display_units import ON_PAPER, DisplayUnits, UnitSystem, plain
 from autobalance.report.job_header import work
 from autobalance.types import Report
+from autobalance.value_classes import dataclass
 from autobalance.wording import at, file_name, outcome_words, part_name, worst_judged
 
 # Frame, head and foot of each page, and the title block of the first.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from autobalance.report.balance import kinds
 from autobalance.report.balance.zero import FROM_CRANKPIN, Zero
 from autobalance.report.display_units import DisplayUnits, plain
 from autobalance.types import Array, Item
+from autobalance.value_classes import dataclass
 from autobalance.wording import NO_VALUE, degrees
 
 # Tables over several pages with a repeated heading, each row one run of text.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.slicing.slices import cross_sections
 from autobalance.types import Array, Item
+from autobalance.value_classes import dataclass
 
 # Outlines of the crank for sheet and drawing: cross-sections and shadows of the solid, rotor frame, mm.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from typing import Any
 
@@ -17,6 +16,7 @@ from autobalance.report.balance import kinds
 from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import DisplayUnits
 from autobalance.types import Item
+from autobalance.value_classes import dataclass
 from autobalance.wording import NO_VALUE, degrees
 
 SAME_STEP_DEG = 0.05

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from autobalance.paper.pen import INK, SMALLEST_PT, Pen
 from autobalance.report.display_units import DisplayUnits
 from autobalance.solid.csg.region import Region
 from autobalance.types import Array, Item
+from autobalance.value_classes import dataclass
 
 # Plates of the sheet: a plate is a web seen from one side, with all the webs that look the same.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from autobalance.paper.drawing import MIN_AXIAL_COMPONENT, Drawings, webs_cut
 from autobalance.report.balance.datums import angle_datum
 from autobalance.types import Array, Item, Report
+from autobalance.value_classes import dataclass
 
 # Templates for holes from the rim, 1:1: strips to lay round it, flat ones for flat sides of webs.
 

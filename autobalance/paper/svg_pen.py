@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -34,6 +33,7 @@ from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import ON_PAPER
 from autobalance.solid.csg.region import Polygons
 from autobalance.types import Item
+from autobalance.value_classes import dataclass
 
 COLOURS = {
     INK: "ink",

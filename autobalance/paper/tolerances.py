@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import DisplayUnits
 from autobalance.types import Array, Item
+from autobalance.value_classes import dataclass
 from autobalance.wording import judged_shares
 
 # Tolerances of the cuts, from the effect of each error of a cut on the unbalance.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ from autobalance.quantities import with_parts
 from autobalance.report.files import Staging, refuse_another_run
 from autobalance.report.output_kinds import KINDS
 from autobalance.report.reportlab_alone import load_reportlab
+from autobalance.value_classes import dataclass
 from autobalance.verbs.result import Values, VerbResult
 
 if TYPE_CHECKING:

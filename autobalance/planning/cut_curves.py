@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import product
 from typing import TypeVar
@@ -27,6 +27,7 @@ from autobalance.planning.ties import in_order, is_less
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 # Cuts as parabolas of judged vectors through three depths, and their sums over many sets.
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from itertools import permutations
 
 import numpy as np
@@ -27,6 +26,7 @@ from autobalance.planning.ties import in_order
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 MOST_CUTS = 7
 """Cuts in a set at most: more are the integer programme's."""

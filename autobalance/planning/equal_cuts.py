@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations, islice, product
 
@@ -16,6 +15,7 @@ from autobalance.planning.cut_curves import Task, bounds_of
 from autobalance.planning.depths import Plan, judged_plan, judged_rows, resultant_and_moment
 from autobalance.planning.ties import in_order, is_less, key
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 # Common depths of several cuts: found on the exact curves, rounded to the machine's steps.
 

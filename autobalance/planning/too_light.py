@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import chain
 
 import numpy as np
@@ -21,6 +21,7 @@ from autobalance.quantities import Quantity, g_mm, joined, mm, said
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 from autobalance.wording import angle_deg
 
 # Lack of unbalance of counterweights that are too light, and metal on them as a remedy.

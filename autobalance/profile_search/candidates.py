@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -18,6 +18,7 @@ from autobalance.profile_search.written import WrittenDesign, written
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.types import Array
 from autobalance.units import G_MM2_PER_KG_MM2
+from autobalance.value_classes import dataclass
 
 # Designs as a search judges them: by the moments of their profiles and by their predicted strength.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
@@ -25,6 +24,7 @@ from autobalance.profile_search.neighbours import (
 )
 from autobalance.types import Array
 from autobalance.units import wrapped_deg
+from autobalance.value_classes import dataclass
 
 ROUGH_ANGLES = 72
 ROUGH_MM = 0.1

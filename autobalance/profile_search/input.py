@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -30,6 +30,7 @@ from autobalance.toml_files.faults import Faults
 from autobalance.toml_files.keys import read
 from autobalance.toml_files.table import Table, unknown_keys
 from autobalance.toml_files.typed_units import in_base_units
+from autobalance.value_classes import dataclass
 
 # The tables of a DESIGN.toml beside those of the job that it starts from.
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -24,6 +24,7 @@ from autobalance.profile_search.neighbours import least_clearance
 from autobalance.profile_search.outlines import fitted_radii_mm
 from autobalance.profile_search.problem import COLUMNS, Problem
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 RAYS, LEVELS = 60, 24
 """Number of a part's rays, and of radii on each."""

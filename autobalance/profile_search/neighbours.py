@@ -7,7 +7,6 @@ the crank turns by φ counter-clockwise.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Annotated, Any, Protocol
 
@@ -16,6 +15,7 @@ from scipy.optimize import minimize_scalar
 
 from autobalance.declare import UNWRITTEN, Degrees
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 ANGLES = 240
 """Crank angles of a turn examined first; the least distance is then sought between them."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -14,6 +13,7 @@ from autobalance.errors import JobError
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # The free part of a counterweight as a cubic B-spline, and its exact area moments with their gradients.
 #

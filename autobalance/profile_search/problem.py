@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,7 @@ from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 from autobalance.units import G_MM2_PER_KG_MM2
+from autobalance.value_classes import dataclass
 
 LOAD, STRESS, FREQUENCY = "greatest_main_load_N", "greatest_stress_MPa", "first_frequency_hz"
 COLUMNS = {"mass_g": 4, "polar_inertia_kg_mm2": 5}

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from autobalance.profile_search.input import FreePart
 from autobalance.profile_search.level_sets import CLOSENESS_STEPS, begun, level_set_for_balance
 from autobalance.profile_search.problem import MAX_SHARE, Problem
+from autobalance.value_classes import dataclass
 
 WIDER, THICKER = 1.25, 1.5
 

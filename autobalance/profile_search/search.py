@@ -6,7 +6,7 @@ import json
 import shutil
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import takewhile
 from pathlib import Path
 from typing import Annotated, Any
@@ -25,6 +25,7 @@ from autobalance.runtime import Progress, no_progress
 from autobalance.studies.batch.journal import made_folder
 from autobalance.studies.workers import InThisProcess, Workers
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # The search for designs: a genetic algorithm over control points, each design's balance solved for.
 #

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache, cached_property
 
 import numpy as np
@@ -19,6 +18,7 @@ from autobalance.profile_search.input import Hole
 from autobalance.profile_search.outlines import AreaMoments, Profile
 from autobalance.solid.csg.region import Region
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 STRAIGHT_NODES, DRAFTED_NODES = 2, 4
 """Nodes of Gauss's rule along z: exact to z² of a prism, and to the sixth degree of a drafted one."""

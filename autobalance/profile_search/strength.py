@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +22,7 @@ from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.running_gear.whole_engine import Engine
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Strength of a design: main-bearing loads of the cycle, stress under its largest load, first frequency.
 

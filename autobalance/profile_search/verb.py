@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ import numpy as np
 from autobalance.report.files import Staging, remove_stale
 from autobalance.report.plots import Plot, Plots
 from autobalance.runtime import Progress, no_progress
+from autobalance.value_classes import dataclass
 from autobalance.verbs.declaration import documented
 from autobalance.verbs.result import VerbResult
 from autobalance.version import __version__

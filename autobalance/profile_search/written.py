@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +28,7 @@ from autobalance.solid.mesh.measure import soup_moments
 from autobalance.toml_files.document import toml_text
 from autobalance.types import Array
 from autobalance.units import MM_PER
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.profile_search.free_metal import FreeMetal, FreeWeb

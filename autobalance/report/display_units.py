@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from contextvars import ContextVar
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final, Literal
 
 from autobalance.quantities import Quantity, rendered
 from autobalance.units import G_MM_PER, G_MM_PER_OZ_IN, G_PER, G_PER_KG, G_PER_OZ, MM_PER
+from autobalance.value_classes import dataclass
 from autobalance.wording import angle_deg, degrees, number
 
 # The units in which text and paper show lengths, masses and unbalance; files stay metric.

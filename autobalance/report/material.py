@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from autobalance import registry
 from autobalance.runtime import Notify
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.balancing.measured import Crank

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from autobalance.report.balance import kinds
@@ -11,6 +10,7 @@ from autobalance.solid.csg.shape import Shared, beyond, shared_with
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Indices
+from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from html import escape
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Literal
@@ -14,6 +13,7 @@ import numpy as np
 from autobalance.errors import FormatError
 from autobalance.report.notebook import box, plot
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Literal
 
 from autobalance.quantities import g_mm, joined, said
+from autobalance.value_classes import dataclass
 
 Margin = Literal["none", "expanded"]
 """``"none"``: the residual as measured must be within the permissible value. ``"expanded"``: the residual and

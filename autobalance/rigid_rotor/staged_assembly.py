@@ -6,8 +6,9 @@ Vectors across the axis are complex, x + i y.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Literal
+
+from autobalance.value_classes import dataclass
 
 KeyShare = Literal["none", "half", "full"]
 

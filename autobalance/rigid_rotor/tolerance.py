@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 from autobalance.declare import Positive
@@ -12,6 +12,7 @@ from autobalance.quantities import Quantity, Text, g, joined, said
 from autobalance.rigid_rotor.margin import Judged, Margin, explain_margin
 from autobalance.rigid_rotor.unbalance import Budget, Moments, Share, Unbalance
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Permissible residual unbalance, its share for each tolerance plane, and the verdict.
 

@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from autobalance.running_gear.slider_crank import KnuckleMotion, Motion, SliderCrank
 from autobalance.types import Array, Complex
+from autobalance.value_classes import dataclass
 
 UNIT = SliderCrank(1.0, 4.0)
 LOOKED_AT = 720

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from autobalance.declare import NotNegative, Positive
 from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3, STEEL_KG_M3
+from autobalance.value_classes import dataclass
 
 # The connecting rod as two masses: by the lever rule, by two scales, from a solid; and what that misses.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from autobalance.running_gear.slider_crank import Motion, harmonic_coefficient, 
 from autobalance.running_gear.whole_engine import Cylinder, Engine
 from autobalance.types import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
+from autobalance.value_classes import dataclass
 
 # Loads of an engine's pins and bearings from inertia and gas over the crank angle, and the torque.
 #

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.declare import NotNegative
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Weights of the moving parts: roll-up by role, and the bob-weight in their place on a crankpin.
 

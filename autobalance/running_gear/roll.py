@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -14,6 +14,7 @@ from autobalance.running_gear.loads import Loads, loads, support_of, whole_turn
 from autobalance.running_gear.whole_engine import Cylinder, Engine, ForceOrder
 from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_G_MM2_S2
+from autobalance.value_classes import dataclass
 
 # Forces of an engine at one speed, in numbers for a table: orders, pins, bearings, torque.
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from autobalance.running_gear.slider_crank import harmonic_coefficient
 from autobalance.running_gear.whole_engine import ForceOrder
 from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
+from autobalance.value_classes import dataclass
 
 LEAST_CIRCLE = 1e-9
 """A rotating part below this share of the other is rounding."""

@@ -17,12 +17,12 @@ cylinder: only the distance of the wrist pin's path from the crank axis counts.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 
 from autobalance.types import Array, Complex
+from autobalance.value_classes import dataclass
 
 SAMPLES = 4096
 """Angles a turn for harmonics of an offset slider-crank; they fall off as λᵏ, so more only add rounding."""

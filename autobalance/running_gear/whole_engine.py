@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, TypeVar
 
 import numpy as np
@@ -16,6 +16,7 @@ from autobalance.running_gear.parts import Parts
 from autobalance.running_gear.slider_crank import Motion, SliderCrank
 from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM, N_PER_G_MM_S2, wrapped_deg
+from autobalance.value_classes import dataclass
 
 # Whole engines: any number of cylinders on any crank, and what shakes them, order by order.
 #

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
@@ -17,6 +17,7 @@ from autobalance.signals.sines import Sine, aliasing_note, clipped_share, filled
 from autobalance.signals.spectra import MAX_WHOLE, Welch, sines_of, thinned, welch
 from autobalance.signals.speed import Crossing, OrderLines, crossings, order_lines, speed_of_record
 from autobalance.signals.tacho import TachoPulses, pulses
+from autobalance.value_classes import dataclass
 
 STEADY_SPEED_VARIATION = 0.02
 """Largest variation of a steady speed, as a share of its mean; with more it is a run-up."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy import fft
 
@@ -13,6 +11,7 @@ from autobalance.signals.record import Channel
 from autobalance.signals.rolling_bearing import MAX_SLIP, RollingBearing
 from autobalance.signals.sines import Sine, find_sines
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 FEWEST_TURNS = 4
 

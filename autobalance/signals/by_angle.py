@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar
 
 import numpy as np
@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 from autobalance.declare import NotNegative, Positive, derived
 from autobalance.signals.record import Channel
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # The shaft's angle as a smooth function of time, with its speed.
 

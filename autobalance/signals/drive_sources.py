@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Annotated
 
 from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Named
 from autobalance.signals.sources import Source
 from autobalance.units import N_PER_G_MM_S2
+from autobalance.value_classes import dataclass
 
 HARMONICS = 3
 """Number of multiples of a mesh and of a belt's turn that are listed."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
@@ -14,6 +13,7 @@ from autobalance.signals.analysis import Analysis, uncertain_ratio
 from autobalance.signals.sources import Source, candidates, natural_sources
 from autobalance.signals.spectra import Band, band_levels
 from autobalance.types import Complex
+from autobalance.value_classes import dataclass
 
 SAME_ORDER = 1e-9
 """Largest difference of two equal orders."""

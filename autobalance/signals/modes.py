@@ -15,7 +15,6 @@ periodogram.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +22,7 @@ from scipy import fft, optimize, signal
 
 from autobalance.signals.by_angle import TURN, Turning
 from autobalance.types import Array, Complex
+from autobalance.value_classes import dataclass
 
 MIN_SAMPLES = 256
 """Smallest number of samples in which resonances are sought."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from autobalance.errors import FormatError
 from autobalance.types import Array, Complex
+from autobalance.value_classes import dataclass
 
 # A record: channels of samples at even steps of time (or of angle), each with its unit and calibration.
 

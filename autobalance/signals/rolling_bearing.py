@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from autobalance.errors import FormatError
+from autobalance.value_classes import dataclass
 
 MAX_SLIP = 0.02
 """Largest share by which a defect may be off its kinematic order, since balls slide a little."""

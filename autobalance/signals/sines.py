@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from scipy import fft
 from autobalance.errors import FormatError
 from autobalance.signals.record import BLOCK, SIDELOBE, Channel, gain, half_width_bins, line, window
 from autobalance.types import Array, Complex
+from autobalance.value_classes import dataclass
 
 # Sines of a record: frequency, amplitude and phase, also between bins, without leakage.
 #

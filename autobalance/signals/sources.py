@@ -7,12 +7,13 @@ or than the slip of balls in a bearing.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from autobalance.running_gear.whole_engine import Engine, ForceOrder
 from autobalance.signals.rolling_bearing import MAX_SLIP, RollingBearing
+from autobalance.value_classes import dataclass
 
 UNEXPLAINED = "unexplained"
 BEARING_NAMES = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -13,6 +13,7 @@ from autobalance.errors import FormatError
 from autobalance.signals.record import Channel, Record, spelled, window
 from autobalance.signals.sines import Sine, find_sines
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Averaged spectra and their derivatives: Welch with scatter, bands of RMS, velocity and displacement.
 

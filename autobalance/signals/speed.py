@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +12,7 @@ from scipy import fft
 from autobalance.signals.by_angle import TURN, Turning, by_angle, samples_per_turn
 from autobalance.signals.record import Channel, gain, window
 from autobalance.types import Array, Complex
+from autobalance.value_classes import dataclass
 
 # Orders of a record: cos and sin of every half order fitted to the samples by the shaft's own angle.
 #

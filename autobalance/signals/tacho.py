@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
@@ -13,6 +12,7 @@ from autobalance.errors import FormatError
 from autobalance.signals.by_angle import TURN, Turning
 from autobalance.signals.record import BLOCK, Channel
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 HYSTERESIS = 0.15
 """Smallest fall of a signal before its next rise, as a share of the way from threshold to lower extreme."""

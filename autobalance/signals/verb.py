@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ from autobalance.errors import FormatError, file_errors, refuse_pipe
 from autobalance.report.plots import Plots
 from autobalance.runtime import no_progress
 from autobalance.units import RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 from autobalance.verbs.declaration import documented
 from autobalance.verbs.result import Values, VerbResult
 

@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import wait as wait_for_end
 from typing import Any, Protocol
@@ -27,6 +26,7 @@ from autobalance.runtime import (
     starting_process,
 )
 from autobalance.solid.csg.threads import booleans_in_one_thread
+from autobalance.value_classes import dataclass
 from autobalance.version import __version__
 
 TRIES = 3

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from autobalance.engines.bearings import dry, film, loads, rolling
 from autobalance.engines.bearings import fed_film as plates
 from autobalance.engines.bearings.oil import WaltherOil
 from autobalance.engines.bearings.reynolds import ocvirk
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True)

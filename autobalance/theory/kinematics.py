@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.running_gear import slider_crank as exact
 from autobalance.units import RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True)

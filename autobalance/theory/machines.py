@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.units import wrapped_deg
+from autobalance.value_classes import dataclass
 
 CONFIDENCE = 0.95
 """Two-sided, of Student's t for the scatter of a few readings; many make it 1.96."""

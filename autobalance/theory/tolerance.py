@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from autobalance.rigid_rotor import tolerance as exact
 from autobalance.rigid_rotor.tolerance import listed_grade, specific_unbalance_mm
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.units import G_MM_PER, RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True)

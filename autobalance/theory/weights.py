@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from autobalance.running_gear.conrod import ConnectingRod, TwoMasses, cylinder_m
 from autobalance.running_gear.parts import Parts, ThrowLoad
 from autobalance.running_gear.shafts import BalanceShaft, roll_moment_n_m
 from autobalance.units import G_MM2_PER_KG_MM2, RAD_S_PER_RPM, STEEL_KG_M3
+from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -15,6 +14,7 @@ from autobalance.toml_files.convert import did_you_mean, point_for_comma, shown,
 from autobalance.toml_files.faults import Faults
 from autobalance.toml_files.table import Table
 from autobalance.units import G_MM_PER, G_PER
+from autobalance.value_classes import dataclass
 
 # Conversion of typed units: a job's lengths, unbalances and weights become mm, g·mm and g.
 #

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -27,6 +27,7 @@ from autobalance.report.bundle import choice_of
 from autobalance.report.files import seen_from
 from autobalance.report.material import Choice
 from autobalance.runtime import Notify, Progress, Stopwatch
+from autobalance.value_classes import dataclass
 from autobalance.verbs.crank_job import job_given, pressed_up_told, refuse_changed, staged_job
 from autobalance.verbs.declaration import documented
 from autobalance.verbs.entry import Entries, Entry, entries

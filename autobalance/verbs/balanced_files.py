@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ from autobalance.report.job_header import file_prefix
 from autobalance.report.material import Choice
 from autobalance.report.output_kinds import names_to_fill, page_names
 from autobalance.runtime import Notify, Stopwatch
+from autobalance.value_classes import dataclass
 from autobalance.verbs.balance import BalanceResult, run
 from autobalance.verbs.crank_job import refuse_changed
 from autobalance.verbs.result_files import REPORT, committed, solid_name, staging_for

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
@@ -11,6 +10,7 @@ from autobalance.balancing.run import Compared, compare_job
 from autobalance.correction import mixes
 from autobalance.job import JobSource
 from autobalance.runtime import Progress
+from autobalance.value_classes import dataclass
 from autobalance.verbs.balance import with_crank
 from autobalance.verbs.crank_job import job_given, pressed_up_told
 from autobalance.verbs.declaration import documented

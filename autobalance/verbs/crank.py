@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
@@ -24,6 +24,7 @@ from autobalance.runtime import Stopwatch
 from autobalance.solid.formats.registry import needs_unit
 from autobalance.types import Array
 from autobalance.units import G_MM2_PER_KG_MM2, STEEL_KG_M3
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.crank.anatomy import MainJournal, Throw, Web

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
@@ -13,6 +12,7 @@ from autobalance.balancing.measured_crank import measure_crank
 from autobalance.job import Job, JobSource
 from autobalance.runtime import Progress, Stopwatch
 from autobalance.units import RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 from autobalance.verbs.balance import with_crank
 from autobalance.verbs.crank_job import pressed_up_told
 from autobalance.verbs.options import positive

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.errors import FormatError, UsageError
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.solid.csg.solid import Solid

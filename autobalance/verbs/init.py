@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -40,6 +40,7 @@ from autobalance.toml_files.settings import with_settings
 from autobalance.toml_files.typed_units import FILL_IN, in_base_units, leaves
 from autobalance.units import G_PER, STEEL_KG_M3
 from autobalance.user_folders import SHOP_FILE, configuration_folder
+from autobalance.value_classes import dataclass
 from autobalance.verbs.crank import Crank
 from autobalance.verbs.declaration import documented
 from autobalance.verbs.progress import telling

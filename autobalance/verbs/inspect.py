@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -34,6 +33,7 @@ from autobalance.solid.formats.registry import needs_unit
 from autobalance.toml_files.settings import with_settings
 from autobalance.toml_files.typed_units import FILL_IN, leaves, length_mm
 from autobalance.units import STEEL_KG_M3
+from autobalance.value_classes import dataclass
 from autobalance.verbs.crank import Crank, plain, read_crank
 from autobalance.verbs.crank_job import OPEN, crankshaft_of_tables, job_of_tables
 from autobalance.verbs.declaration import documented

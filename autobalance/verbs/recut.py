@@ -6,7 +6,7 @@ import hashlib
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import date
 from functools import cached_property
 from pathlib import Path
@@ -42,6 +42,7 @@ from autobalance.report.balance.values import StageNotes, stage_values
 from autobalance.rigid_rotor.unbalance import Share, Unbalance
 from autobalance.running_gear.parts import balance_factor, bob_weight_moments, factor_direction_g_mm
 from autobalance.runtime import Notify, Progress, Stopwatch
+from autobalance.value_classes import dataclass
 from autobalance.verbs.balance import BalanceResult
 from autobalance.verbs.crank import Crank
 from autobalance.verbs.declaration import documented

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
@@ -14,6 +13,7 @@ from autobalance.errors import FileError, FormatError, UsageError
 from autobalance.report.files import Staging, remove_stale
 from autobalance.report.notebook import box, plot, row, text
 from autobalance.report.plots import Plots
+from autobalance.value_classes import dataclass
 from autobalance.verbs.entry import Entries, is_tables
 from autobalance.version import SCHEMA_VERSION, __version__
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from autobalance.value_classes import dataclass
 from autobalance.verbs.result import VerbResult
 from autobalance.verification.check import check_report
 from autobalance.verification.checked import Checked

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +28,7 @@ from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.types import Array
 from autobalance.units import RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 from autobalance.verification.claims import ROUNDING, UNCERTAINTY_BUDGET, Claim, Claims, NotChecked
 from autobalance.verification.solids import Files, Left, OriginalCrank, keys_of_pressed_in
 

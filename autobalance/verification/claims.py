@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 
 from autobalance.errors import ClaimError, FormatError
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # The values of a report by dotted path, checked one by one, and a ledger of what was checked.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.difference import differences
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source
+from autobalance.value_classes import dataclass
 from autobalance.verification.claims import Claims
 from autobalance.verification.cut_values import (
     THICKNESS_IN_ROUNDINGS,

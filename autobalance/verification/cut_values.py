@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from autobalance.correction.trace import Before, Metal, Reading, Trace
 from autobalance.errors import ClaimError, FormatError
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 from autobalance.verification.claims import ROUNDING, Claims
 
 # Assignment of the metal that went or came to the corrections.

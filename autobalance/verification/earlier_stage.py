@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +25,7 @@ from autobalance.rigid_rotor.unbalance import Budget, Moments, Share, Unbalance
 from autobalance.running_gear.parts import balance_factor, factor_direction_g_mm
 from autobalance.solid.formats.read import Source, read
 from autobalance.units import RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 from autobalance.verification import checked, premises, solids
 from autobalance.verification.checked import (
     Checked,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -28,6 +27,7 @@ from autobalance.solid.soundness.holes import OpenHoles
 from autobalance.solid.soundness.validate import refuse_overlap_exactly
 from autobalance.types import Array, Floats
 from autobalance.units import G_PER_MM3_PER_KG_M3
+from autobalance.value_classes import dataclass
 from autobalance.verification.claims import ROUNDING, Claims
 from autobalance.verification.premises import density_before
 

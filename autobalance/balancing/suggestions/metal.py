@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from autobalance.solid.csg.shape import tessellated
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.csg.tool import ring
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 WALL_MM = 3.0
 """Metal left between a bore and the web's outline, journals and crankpins."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.running_gear.parts import LEAST_DIRECTION, ThrowLoad, factor_direction_g_mm
 from autobalance.types import Array
 from autobalance.units import G_MM2_PER_KG_MM2
+from autobalance.value_classes import dataclass
 
 MIN_COSINE = 0.5
 """A web counts towards the factor where its crankpin's direction has this cosine with the factor's."""

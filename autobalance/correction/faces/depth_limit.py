@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +15,7 @@ from autobalance.quantities import mm, said
 from autobalance.solid.csg.region import Region
 from autobalance.solid.slicing.independent import Raster
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 # Triangles over a plane region, and the number of them that share more than an area with it.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right, insort
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from weakref import WeakKeyDictionary
 
@@ -20,6 +20,7 @@ from autobalance.solid.mesh.mesh import Mesh, compacted, least_and_greatest, lon
 from autobalance.solid.mesh.stretches import Stretches
 from autobalance.solid.slicing.slices import Spans, cross_sections, thinned
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 # Quantity sampled at some depths and interpolated at all of them, with its integral.
 

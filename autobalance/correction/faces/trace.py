@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -31,6 +30,7 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 from autobalance.units import wrapped_deg
+from autobalance.value_classes import dataclass
 
 LEAN_SHARE = 1.0
 """Distance beside a face at which metal is sought, as a share of the depth, to find metal gone elsewhere."""

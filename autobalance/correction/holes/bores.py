@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.mesh.measure import soup_moments
 from autobalance.solid.mesh.mesh import components
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 # Round holes that a crank already has, found on its triangles, so that a drill can deepen them.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from abc import ABC
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
@@ -26,6 +25,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
 from autobalance.types import Array
 from autobalance.units import wrapped_deg
+from autobalance.value_classes import dataclass
 
 # Common parts of drilled holes and bores for slugs as cuts: a hole at a place, and the search for all.
 

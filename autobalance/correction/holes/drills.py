@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from typing import Annotated, Literal, Protocol
@@ -29,6 +28,7 @@ from autobalance.crank.anatomy import Anatomy
 from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Range, TypedIn
 from autobalance.errors import CorrectionError
 from autobalance.units import MM_PER
+from autobalance.value_classes import dataclass
 
 # The drills that shops have: whole and half millimetres, inch fractions, letters and numbers.
 

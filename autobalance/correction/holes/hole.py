@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -22,6 +22,7 @@ from autobalance.solid.csg.shape import Placed, Shape, equal_area
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Drilling, twist_drill
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Common parts of drilled holes and bores for slugs: their effect, tool body and spacing.
 

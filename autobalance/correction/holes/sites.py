@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -30,6 +30,7 @@ from autobalance.correction.relaxing import Direction, Sectors
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 GRIDS_DEG = (15.0, 5.0, 2.5, 1.25, 0.625, 0.3125, 0.078125)
 """Steps between the places tried on a web, by search level; each grid holds the one before it."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import Annotated, Any
 
 from autobalance.correction.contract import Correction, Envelope, Limits, bar
@@ -27,6 +26,7 @@ from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.units import G_PER_MM3_PER_KG_M3
+from autobalance.value_classes import dataclass
 
 # Slugs in whichever hole, and slugs for existing blind holes.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -21,6 +20,7 @@ from autobalance.correction.holes.walls import (
 from autobalance.crank.anatomy import Anatomy, Pin, Web
 from autobalance.solid.mesh.mesh import Mesh, components
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 # Intersections of a hole's line with the solid's own triangles, and its entry among them.
 #

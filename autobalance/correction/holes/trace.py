@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -46,6 +45,7 @@ from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
+from autobalance.value_classes import dataclass
 
 _SURFACES: WeakKeyDictionary[Before, Surface] = WeakKeyDictionary()
 """Boundaries of cranks, for all of their holes."""

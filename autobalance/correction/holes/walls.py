@@ -7,11 +7,11 @@ surface of the crank but the one it enters and that surface's continuation, whic
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 DEPTH_TOLERANCE_MM = 1e-3
 """Depths found here are short of the exact limit by at most this, never beyond it."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Annotated
 
@@ -19,6 +19,7 @@ from autobalance.errors import CorrectionError
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Arc, Line, Outline, outline_points
 from autobalance.solid.csg.solid import Solid
+from autobalance.value_classes import dataclass
 
 # Outlines of milled pockets: between two radii and two angles, corners rounded; and their fit.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -31,6 +30,7 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import outline_area_mm2
 from autobalance.solid.csg.solid import Solid
 from autobalance.units import wrapped_deg
+from autobalance.value_classes import dataclass
 
 WALL_MM = 5e-3
 """Uncertainty of walls on files that were rounded."""

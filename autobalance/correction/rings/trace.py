@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -31,6 +30,7 @@ from autobalance.solid.csg.difference import common
 from autobalance.solid.csg.shape import equal_area
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh
+from autobalance.value_classes import dataclass
 
 PIN_WALL_MM = 2.0
 """Metal that a default ``min_radius_mm`` leaves outside of the crankpins (ours)."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from autobalance.crank.recognition.datums import shaft_marks
 from autobalance.crank.recognition.section_stack import CrossSection, SectionPiece, SectionStack, encloses
 from autobalance.crank.recognition.through_shaft import shared_mm
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Round holes along the crank axis.
 

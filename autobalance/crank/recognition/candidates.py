@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -14,6 +14,7 @@ from autobalance.crank.recognition.cylinder_runs import ROUNDING, CylinderRun, f
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise, rotated
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Directions in which a solid's crank axis may lie, from its triangles' area vectors.
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 T = TypeVar("T", bound=np.generic)
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from autobalance.crank.recognition.circles import distances, fit_circle
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 SAME_CENTRE = 0.03
 """Circles of two sections belong to one axis when their centres are closer than this share of the radius."""

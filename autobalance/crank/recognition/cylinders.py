@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -22,6 +22,7 @@ from autobalance.crank.recognition.layout import JournalLayout
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.solid.cad.tessellation import CylinderFace
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Cylinders with the exact axes and radii of a solid's file, where it keeps true surfaces.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -24,6 +24,7 @@ from autobalance.crank.recognition.section_stack import (
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array, Flags
 from autobalance.units import wrapped_deg
+from autobalance.value_classes import dataclass
 
 # Recognition of keyways, flanges and faces at a crank's ends, without mere look-alikes.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from autobalance.errors import RecognitionError
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.mesh.stretches import Stretches
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 # Main journals and an axis that the rules of recognition leave open.
 

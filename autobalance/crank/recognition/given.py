@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import combinations, groupby, pairwise
 
 import numpy as np
@@ -17,6 +16,7 @@ from autobalance.crank.recognition.through_shaft import shared_mm
 from autobalance.crank.recognition.webs import MAX_COLLAR_OFFSET_RATIO
 from autobalance.errors import RecognitionError
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # A job's own statements on a crank: its axis, journals and crankpins.
 

@@ -9,7 +9,6 @@ cylinder is chosen, another may be meant.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -18,6 +17,7 @@ from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.datums import shaft_marks
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 SAME_THICKNESS = 0.02
 """Main journals of one crank differ by less than this share of their diameter, as a rule."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise, permutations
 
 import numpy as np
@@ -24,6 +24,7 @@ from autobalance.crank.recognition.through_shaft import (
 )
 from autobalance.errors import RecognitionError
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 MIN_LENGTH_RATIO = 1.3
 """A line of cylinders wins over another when it has this much more shaft, or metal reaches this much farther

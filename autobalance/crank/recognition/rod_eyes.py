@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from autobalance.errors import RecognitionError
 from autobalance.solid.cad.tessellation import CylinderFace
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 TRIED_DIRECTIONS = 3
 """Directions tried: most of a rod's surface is along its eyes or square to them."""

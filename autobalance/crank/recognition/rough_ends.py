@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from autobalance.crank.recognition.scan_cylinders import (
 from autobalance.crank.recognition.scan_planes import RoughPlane
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 FILLET_SHARE, FACE_MM = 0.3, 1.0
 """A face is beside a cylinder up to this share of the radius, and this much, from its end [mm]."""

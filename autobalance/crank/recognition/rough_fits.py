@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.crank.datums import NoiseKernel
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 OUTLIER = 3.5
 """Points that are off a surface by more than so many standard deviations (of the middle ones) are not part

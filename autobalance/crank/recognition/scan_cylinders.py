@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from autobalance.solid.roughness.estimate import local_roughness_mm, smoothed_no
 from autobalance.solid.slicing.slices import cross_sections
 from autobalance.types import Array, Indices
 from autobalance.units import RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 
 # Possible faults of a scan in which no crank is recognised: half a crank, a stand, too rough a surface.
 

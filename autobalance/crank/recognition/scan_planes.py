@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +14,7 @@ from autobalance.crank.recognition.scan_cylinders import RoughCylinder
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.solid.mesh.mesh import Mesh, compacted, numbered_components
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 # Plane faces of a scanned crank that are square to its axis: located by height, fitted, grown.
 

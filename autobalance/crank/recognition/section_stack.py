@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
@@ -12,6 +11,7 @@ from autobalance.crank.recognition.circles import Circle, distances, following, 
 from autobalance.solid.mesh.mesh import CHUNK, Mesh, least_and_greatest, rows_where
 from autobalance.solid.slicing.slices import Spans, cross_sections
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 MIN_AXIAL_COMPONENT = 1.0 - 1e-4
 """A triangle is square to the axis when its normal has at least this component along it (0.8°)."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,7 @@ from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.errors import RecognitionError
 from autobalance.solid.mesh.mesh import Mesh, least_and_greatest
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 LEAST_COVER = 0.25
 """Smallest share of a typed cylinder that a surface covers to be the one that is meant."""

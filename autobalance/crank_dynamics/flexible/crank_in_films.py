@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 from autobalance.engines.bearings.orbit import squeeze_velocity
 from autobalance.types import Array, Complex
+from autobalance.value_classes import dataclass
 
 # Journals of a bending crank in oil films, which yield to the loads that its bending leaves.
 #

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -38,6 +38,7 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array, Complex
 from autobalance.units import M_PER_MM, MPA_PER_GPA, N_M_PER_N_MM, N_PER_G_MM_S2
+from autobalance.value_classes import dataclass
 
 # The cycle of a crank that bends: main loads, journal orbits and web moments on springs.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -13,6 +12,7 @@ from autobalance.crank_dynamics.rotor.matrices import ReducedRotor
 from autobalance.crank_dynamics.rotor.whirl_modes import phase_rad, place_m
 from autobalance.declare import G_MM, Count, Degrees, Mm, Named, NotNegative, record
 from autobalance.types import Array, Complex
+from autobalance.value_classes import dataclass
 
 # Procedures of ISO 21940-12 for rotors with flexible behaviour, and the choice among them for a rotor.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -14,6 +13,7 @@ from autobalance.crank_dynamics.rotor.beam_rotor import (
     cowper_shear_factor,
 )
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Beam elements with the exact static shapes of their section as functions.
 #

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Literal
 
@@ -11,6 +10,7 @@ import numpy as np
 from autobalance.declare import G_MM, KG_MM2_OF_SI, MM, NOT_NEGATIVE, Degrees, Named
 from autobalance.types import Array
 from autobalance.units import STEEL_KG_M3
+from autobalance.value_classes import dataclass
 
 BeamTheory = Literal["timoshenko", "euler"]
 Constraint = Literal["pinned", "clamped"]

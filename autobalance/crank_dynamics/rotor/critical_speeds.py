@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, ClassVar, Self
 
 import numpy as np
@@ -33,6 +33,7 @@ from autobalance.crank_dynamics.rotor.whirl_modes import (
 from autobalance.declare import INLINE, Count, Mm, Ordinal, Positive, Rpm, record
 from autobalance.errors import JobError
 from autobalance.types import Array, Complex
+from autobalance.value_classes import dataclass
 
 # Preparation of a rotor: matrices and a reduction for the required frequencies and speeds.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Self
 
@@ -16,6 +15,7 @@ from autobalance.crank_dynamics.torsion.from_job import sides_of_throws, throw_s
 from autobalance.declare import Ordinal, Positive, record
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.units import KG_MM2_PER_G_MM2, KG_PER_G, MPA_PER_GPA
+from autobalance.value_classes import dataclass
 
 # Bending stiffness of a crank throw, as that of an equivalent straight shaft.
 #

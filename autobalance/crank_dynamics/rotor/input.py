@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -40,6 +39,7 @@ from autobalance.errors import JobError
 from autobalance.toml_files.keys import read_document
 from autobalance.types import Array
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM, STEEL_KG_M3
+from autobalance.value_classes import dataclass
 
 # An oil film as a rotor's bearing: its stiffness and damping over the requested speeds.
 

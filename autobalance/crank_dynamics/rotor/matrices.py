@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -14,6 +13,7 @@ from scipy.linalg import eigh, null_space
 from autobalance.crank_dynamics.rotor.beam_element import Elements, RotorMesh, gauss, interpolation
 from autobalance.crank_dynamics.rotor.beam_rotor import BeamRotor, Bearing
 from autobalance.types import Array, Complex
+from autobalance.value_classes import dataclass
 
 # Matrices of a meshed rotor: of one plane, and of both with gyroscopic moments and bearings.
 #

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +27,7 @@ from autobalance.errors import JobError, UsageError
 from autobalance.report.plots import Plots
 from autobalance.solid.formats.table import endings
 from autobalance.units import STEEL_KG_M3
+from autobalance.value_classes import dataclass
 from autobalance.verbs.crank import Crank, read_crank
 from autobalance.verbs.result import VerbResult
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
@@ -16,6 +15,7 @@ from scipy.sparse.linalg import splu
 from autobalance.crank_dynamics.rotor.matrices import ReducedRotor, RotorMatrices
 from autobalance.declare import HERTZ, INLINE, MM, Degrees, Mm, NotNegative, Rpm, record
 from autobalance.types import Array, Complex
+from autobalance.value_classes import dataclass
 
 # Places and phases as reports list them.
 

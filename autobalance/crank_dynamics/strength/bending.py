@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
@@ -21,6 +20,7 @@ from autobalance.job import Job
 from autobalance.runtime import Notify, Progress, no_progress
 from autobalance.solid.csg.solid import Solid
 from autobalance.units import N_PER_G_MM_S2
+from autobalance.value_classes import dataclass
 
 # Bending of a crank's webs by its rods before and after its cuts: sections, and finite elements.
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated, ClassVar, Self
 
 import numpy as np
 
 from autobalance.declare import UNWRITTEN, NotNegative, Positive, record
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Safety against fatigue of a place where bending and torsion change over a cycle.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, Literal, Self
 
 from autobalance.balancing.measured import Crank
@@ -25,6 +25,7 @@ from autobalance.errors import JobError
 from autobalance.job import Job
 from autobalance.types import Array
 from autobalance.units import N_MM_PER_N_M
+from autobalance.value_classes import dataclass
 
 Place = Literal["crankpin", "journal"]
 Costs = Mapping[tuple[int, Place], float]

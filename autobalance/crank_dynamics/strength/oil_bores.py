@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
@@ -34,6 +33,7 @@ from autobalance.errors import JobError
 from autobalance.job import Job
 from autobalance.types import Array
 from autobalance.units import N_MM_PER_N_M
+from autobalance.value_classes import dataclass
 
 ANGLES = 360
 """Angles of the outlet that are tried if the job states no angle: to 4e-5 of the largest bending."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
@@ -24,6 +23,7 @@ from autobalance.runtime import Progress, no_progress
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 from autobalance.units import N_MM_PER_N_M
+from autobalance.value_classes import dataclass
 
 SHARES_OF_RADIUS = (0.6, 0.4)
 """Size of elements in a fillet over its radius, of the two meshes: curved and quadratic as they are."""

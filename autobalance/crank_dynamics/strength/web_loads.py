@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -19,6 +18,7 @@ from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_N_MM, N_PER_G_MM_S2
+from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import numpy as np
 
 from autobalance.declare import KG_MM2_OF_SI, Named, NewtonMetres, NotNegative, Positive, record
 from autobalance.types import Array, Complex
+from autobalance.value_classes import dataclass
 
 # Chains of inertias on torsion springs: frequencies, modes, Holzer tables, forced response. SI units.
 

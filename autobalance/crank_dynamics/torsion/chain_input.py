@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from autobalance.declare import FILLED, Key, Values
 from autobalance.errors import JobError
 from autobalance.toml_files.keys import read_document
 from autobalance.units import KG_M2_PER_KG_MM2, M_PER_MM
+from autobalance.value_classes import dataclass
 
 CHAIN = (
     *SHARED,

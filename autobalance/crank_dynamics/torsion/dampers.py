@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
@@ -17,6 +17,7 @@ from autobalance.crank_dynamics.torsion.trains import Damper, NamedTrain, with_d
 from autobalance.declare import KG_MM2_OF_SI, MRAD, Hertz, Mrad, NotNegative, Ordinal, Positive, Rpm, record
 from autobalance.errors import JobError
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Optimal dampers: Den Hartog's tuned ring and Houdaille's viscous damper.
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from autobalance.crank_dynamics.torsion.chain import (
@@ -22,6 +20,7 @@ from autobalance.crank_dynamics.torsion.train import train_modes, train_response
 from autobalance.crank_dynamics.torsion.trains import NamedTrain, named_train
 from autobalance.engines.cycle.torques import ThrowTorques
 from autobalance.types import Array, Complex
+from autobalance.value_classes import dataclass
 
 # A train of inertias with what excites it: torques at stations by order and speed, and their response.
 

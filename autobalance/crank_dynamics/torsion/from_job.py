@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import astuple, dataclass, replace
+from dataclasses import astuple, replace
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 from autobalance.units import KG_M2_PER_G_MM2, M_PER_MM
+from autobalance.value_classes import dataclass
 
 ANGLES = 720
 LEAST_BORE = 0.15

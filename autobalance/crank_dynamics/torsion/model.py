@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Literal
 
 import numpy as np
 
 from autobalance.crank_dynamics.torsion.trains import TrainParts
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 Formula = Literal["ker_wilson", "carter"]
 

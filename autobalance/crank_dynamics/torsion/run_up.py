@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -24,6 +24,7 @@ from autobalance.crank_dynamics.torsion.strains import (
 from autobalance.crank_dynamics.torsion.trains import Coupling
 from autobalance.declare import Mpa, Mrad, NewtonMetres, NotNegative, Rpm, record
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Equal steps of a linear train under given torques, however stiff its shafts are.
 #

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -27,6 +27,7 @@ from autobalance.declare import (
     record,
 )
 from autobalance.types import Array, Complex
+from autobalance.value_classes import dataclass
 
 # The largest strain of a train's shafts over its range of speeds, found between points too.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import astuple
 from functools import partial
 from itertools import groupby
 
@@ -23,6 +23,7 @@ from autobalance.finite_elements.throws import Deadline, TwistStiffness, bodies_
 from autobalance.runtime import Progress, no_progress
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 ELEMENT_SIZE_RATIO = 3.0
 """Over the usual size of elements: formulas beside are worth 10 to 20 %, this some 1 %."""

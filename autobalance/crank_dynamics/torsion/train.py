@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from autobalance.crank_dynamics.torsion.chain import NODE, TorsionChain, TorsionMode, TorsionResponse
 from autobalance.types import Array, Complex
+from autobalance.value_classes import dataclass
 
 Integers = NDArray[np.int64]
 RIGID_MODE_SHARE = 1e-12

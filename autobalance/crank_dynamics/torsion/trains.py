@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -11,6 +11,7 @@ from autobalance.crank_dynamics.torsion.chain import TorsionChain
 from autobalance.crank_dynamics.torsion.train import GearPair, TorsionTrain
 from autobalance.errors import JobError
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Parts of a torsional train: gears, branches, couplings, dampers. SI units.
 

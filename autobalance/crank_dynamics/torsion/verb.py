@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,6 +35,7 @@ from autobalance.report.plots import Plots
 from autobalance.runtime import Progress, no_progress
 from autobalance.toml_files.keys import named_in
 from autobalance.toml_files.settings import with_settings
+from autobalance.value_classes import dataclass
 from autobalance.verbs.declaration import documented
 from autobalance.verbs.engine_case import job_set, request
 from autobalance.verbs.result import Values, VerbResult

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Self
 
@@ -19,6 +19,7 @@ from autobalance.engines.cycle.analysis import CycleAnalysis, torque_orders
 from autobalance.engines.cycle.torques import ThrowTorques, throw_torques, torques_on_throws
 from autobalance.job import Job
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True, eq=False)

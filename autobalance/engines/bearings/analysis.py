@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -42,6 +42,7 @@ from autobalance.engines.bearings.film import (
 )
 from autobalance.engines.bearings.orbit import Orbits, film_orbits
 from autobalance.engines.bearings.reynolds import ocvirk, reynolds
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.engines.bearings.fed_film import FedFilm

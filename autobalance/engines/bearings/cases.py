@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Literal, Protocol, TypeVar
 
 import numpy as np
@@ -12,6 +11,7 @@ from autobalance.engines.bearings.film import Boundary, JournalBearing
 from autobalance.engines.bearings.oil import Feed, WaltherOil
 from autobalance.engines.bearings.rolling import RollingBearing
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Balance of the heat of friction and the oil that carries it off: the running temperature of a film.
 

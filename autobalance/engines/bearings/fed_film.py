@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +22,7 @@ from autobalance.engines.bearings.film import (
 )
 from autobalance.engines.bearings.oil import Capillary, Feed, Orifice
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Oil film of a journal bearing with recesses, grooves or holes under pressure: hydrostatic and hybrid.
 #

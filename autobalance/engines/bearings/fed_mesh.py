@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -18,6 +17,7 @@ from autobalance.engines.bearings.oil import SQUARE_OF_A_HOLE, Capillary, Feed, 
 from autobalance.errors import JobError
 from autobalance.types import Array
 from autobalance.units import M3_PER_MM3, M_PER_MM
+from autobalance.value_classes import dataclass
 
 # Finite volumes of a developed bush with feeds: cells, their conductances, forces of their pressures.
 

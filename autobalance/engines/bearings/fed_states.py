@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -19,6 +18,7 @@ from autobalance.engines.bearings.fed_film import (
 )
 from autobalance.engines.bearings.fed_mesh import Mesh
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Journal bearings with feeds at every requested speed and eccentricity, with the balance of their heat.
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Threshold of oil whirl of a rigid rotor in a bearing.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -45,6 +45,7 @@ from autobalance.toml_files.table import Table
 from autobalance.toml_files.typed_units import in_base_units
 from autobalance.types import Array
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 
 # Forces on a bearing through a cycle, from a table of angles: a CSV file or arrays.
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from autobalance.declare import POSITIVE, Key, Large
 from autobalance.errors import JobError
 from autobalance.job.tables import AddonTables, TablesRead
+from autobalance.value_classes import dataclass
 
 BEARINGS = Key(
     "bearings",

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+
+from autobalance.value_classes import dataclass
 
 # Viscosity of an oil over the temperature.
 

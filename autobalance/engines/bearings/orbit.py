@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 from autobalance.engines.bearings.film import CONTACT_ECCENTRICITY_RATIO
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Booker's mobility of the short bearing: velocity of the journal under a force, in closed form.
 #

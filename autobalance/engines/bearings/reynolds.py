@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from autobalance.engines.bearings.film import Boundary, FilmModel, Pressure, UnitFilm
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Reynolds' equation of a plain bearing of any length, on a grid of finite volumes.
 #

@@ -6,9 +6,9 @@ Both are empirical: their constants carry mm, N, 1/min and mm²/s and give N·mm
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from autobalance.units import N_M_PER_N_MM
+from autobalance.value_classes import dataclass
 
 STARVED_BELOW = 2000.0
 """ν n [mm²/s · 1/min] under which the load-free part no longer falls with the speed."""

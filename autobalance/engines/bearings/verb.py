@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.declare import MM
 from autobalance.report.plots import Plots
+from autobalance.value_classes import dataclass
 from autobalance.verbs.result import VerbResult
 
 if TYPE_CHECKING:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +18,7 @@ from autobalance.engines.cycle.speed import (
 from autobalance.running_gear.loads import Loads
 from autobalance.types import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM
+from autobalance.value_classes import dataclass
 
 HIGHEST_ORDER = 12
 

@@ -8,7 +8,6 @@ where the pressure is positive, 2 R L |ė − ½ Ω ẑ × e|, its mean over the
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
@@ -29,6 +28,7 @@ from autobalance.report.plots import Plot
 from autobalance.report.tables import table
 from autobalance.types import Array, Complex
 from autobalance.units import M_PER_MM, N_M_PER_N_MM, RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 
 TEMPERATURES = 5
 """Number of temperatures of each main at which all films are followed, at once."""

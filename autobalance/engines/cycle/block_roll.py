@@ -8,7 +8,6 @@ that are not two masses, and of link rods; balance shafts add the moment of thei
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from autobalance.running_gear.roll import momentum_roll_n_m
 from autobalance.running_gear.shafts import BalanceShaft, roll_moment_n_m
 from autobalance.types import Array
 from autobalance.units import RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 
 LEAST_SHOWN_N_M = 0.005
 """Amplitude from which on the couple of cylinder lines and balance shafts is listed."""

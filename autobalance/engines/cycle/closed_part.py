@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from autobalance.running_gear.slider_crank import SliderCrank
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Integrals over the crank angle: Gauss points between the angles where a function has a corner or jump.
 

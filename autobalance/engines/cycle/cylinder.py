@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -24,6 +23,7 @@ from autobalance.engines.cycle.trace import Trace
 from autobalance.engines.cycle.wall_heat import SolvedPart, Woschni
 from autobalance.running_gear.articulated import LinkCrank
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 Strokes = Literal[2, 4]
 WIDEST_RAD = math.radians(0.5)

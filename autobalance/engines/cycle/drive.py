@@ -12,7 +12,6 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -25,6 +24,7 @@ from autobalance.errors import JobError
 from autobalance.running_gear.loads import lever_shares
 from autobalance.types import Array, Complex
 from autobalance.units import G_MM2_PER_KG_MM2, N_M_PER_G_MM2_S2, N_M_PER_N_MM
+from autobalance.value_classes import dataclass
 
 Kind = Literal["chain", "belt", "gear"]
 SLACK = Range("must be ≥ 0 and below 1", least=0.0, below=1.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +15,7 @@ from autobalance.engines.cycle.piston_friction import PistonFrictionParts
 from autobalance.running_gear.whole_engine import CrankUnbalance
 from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM, N_PER_G_MM_S2
+from autobalance.value_classes import dataclass
 
 # Loads and friction of ideal cranks by balance factor, and the engine's key figures.
 #

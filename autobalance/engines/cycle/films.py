@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
@@ -16,6 +15,7 @@ from autobalance.engines.cycle.firing_engine import FiringEngine
 from autobalance.engines.cycle.model import Film
 from autobalance.types import Array, Complex
 from autobalance.units import M_PER_MM
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.engines.bearings.orbit import Orbits

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +19,7 @@ from autobalance.running_gear.loads import Loads, lever_shares, loads, variable_
 from autobalance.running_gear.whole_engine import CrankUnbalance, Engine
 from autobalance.types import Array, Complex
 from autobalance.units import BAR_PER_MPA, N_M_PER_N_MM, N_PER_G_MM_S2
+from autobalance.value_classes import dataclass
 
 NO_WORK = 1e-9
 """Share of peak pressure × swept volume below which work is rounding."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.interpolate import CubicSpline
 
@@ -11,6 +9,7 @@ from autobalance.engines.cycle.factors import MainLoads
 from autobalance.engines.cycle.firing_engine import FiringEngine
 from autobalance.types import Array
 from autobalance.units import N_M_PER_G_MM2_S2
+from autobalance.value_classes import dataclass
 
 FRICTION_SPEEDS = 9
 MOST_CYCLES = 50_000

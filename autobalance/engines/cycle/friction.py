@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True)

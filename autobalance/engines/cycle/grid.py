@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.engines.cycle.closed_part import Panels, edges_between
 from autobalance.types import Array, Complex
+from autobalance.value_classes import dataclass
 
 STEP_RAD = math.radians(0.5)
 GAUSS_POINTS = 3

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from autobalance.declare import ABSENT, INLINE, Absent, Degrees, NewtonMetres, Newtons, Ordinal, Range, record
+from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True)

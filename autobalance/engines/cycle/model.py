@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Literal
 
 from autobalance.engines.bearings.oil import WaltherOil
@@ -15,6 +15,7 @@ from autobalance.engines.cycle.piston_friction import PistonFriction
 from autobalance.engines.cycle.weight import Gravity
 from autobalance.engines.cycle.windage import Air
 from autobalance.job import Job
+from autobalance.value_classes import dataclass
 
 Model = Literal["wiebe", "trace", "motored"]
 Peg = Literal["none", "intake"]

@@ -7,10 +7,10 @@ gravity, φ″ = −(R/L) sin φ by the crank angle. Its frequency is an order o
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Literal
 
 from autobalance.units import N_M_PER_G_MM2_S2
+from autobalance.value_classes import dataclass
 
 Path = Literal["circular", "epicycloidal"]
 

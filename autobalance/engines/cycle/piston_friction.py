@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,6 +22,7 @@ from autobalance.running_gear.loads import Loads, lever_shares, loads
 from autobalance.running_gear.whole_engine import Engine
 from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM, N_PER_G_MM_S2
+from autobalance.value_classes import dataclass
 
 LARGEST_MU = 1.0
 SETTLED = 1e-13

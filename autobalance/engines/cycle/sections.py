@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from autobalance import registry
 from autobalance.balancing.measured import Crank
 from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.job import Job
+from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True)

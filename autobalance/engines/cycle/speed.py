@@ -7,12 +7,12 @@ looked for: that of the wanted mean speed.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.types import Array
 from autobalance.units import N_M_PER_G_MM2_S2
+from autobalance.value_classes import dataclass
 
 LEAST_SHARE = 1e-14
 STALLED_SPEED_ERROR = 1e9

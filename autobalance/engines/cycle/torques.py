@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from autobalance.balancing.engine_from_job import as_measured
@@ -14,6 +12,7 @@ from autobalance.engines.cycle.firing_engine import FiringEngine
 from autobalance.job import Job
 from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_N_MM
+from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,6 @@ import csv
 import io
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +14,7 @@ from autobalance.engines.cycle.closed_part import SAME_RAD
 from autobalance.errors import FormatError, file_errors, refuse_pipe
 from autobalance.runtime import note_read
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # A measured pressure: whole cycles cut apart, averaged, shifted, smoothed and set to a level.
 

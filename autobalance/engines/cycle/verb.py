@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
@@ -14,6 +14,7 @@ from autobalance.job import Job, JobSource
 from autobalance.report.plots import Plots
 from autobalance.runtime import Progress
 from autobalance.units import RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 from autobalance.verbs.declaration import documented
 from autobalance.verbs.engine_case import Request, job_set, request
 from autobalance.verbs.result import Values, VerbResult

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from autobalance.engines.cycle.closed_part import (
     hermite,
 )
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 WIDEST_RAD = np.radians(0.25)
 

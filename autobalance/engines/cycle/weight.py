@@ -11,7 +11,6 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from autobalance.running_gear.loads import Loads, lever_shares, loads
 from autobalance.running_gear.whole_engine import Engine
 from autobalance.types import Array, Complex
 from autobalance.units import G_PER_KG, N_M_PER_G_MM2_S2, N_PER_G_MM_S2
+from autobalance.value_classes import dataclass
 
 FREE_FALL_M_S2 = 9.80665
 MM_PER_M = 1e3

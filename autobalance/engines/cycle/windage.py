@@ -7,7 +7,6 @@ turns with it. The high one is a free disc in the turbulent state, whose edges p
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from autobalance.declare import NOT_NEGATIVE, POSITIVE, Key, Values
 from autobalance.engines.bearings.keys import ABOVE_ZERO_KELVIN
 from autobalance.errors import JobError
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 GAS_CONSTANT_J_KG_K = 287.05
 SUTHERLAND_PA_S, SUTHERLAND_K, AT_K = 1.716e-5, 110.4, 273.15

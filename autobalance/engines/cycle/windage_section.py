@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from autobalance.report.tables import table
 from autobalance.solid.slicing.slices import cross_sections
 from autobalance.types import Array
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 
 ANGLES = 720
 """Angles at which a web's outline is looked at."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from autobalance.declare import NEWTONS, Count, NotNegative, Positive, record
 from autobalance.report.records.answers import JobReport
 from autobalance.rigid_rotor.tolerance import Outcome
+from autobalance.value_classes import dataclass
 
 CandidateName = Literal["present", "maker's", "half", "least_peak", "given"]
 

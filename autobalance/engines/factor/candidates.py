@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from autobalance.balancing import engine_from_job, rotor_from_job
 from autobalance.balancing.comparison import moved_g
@@ -21,6 +21,7 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.running_gear.roll import inertia_loads, shaking_force
 from autobalance.running_gear.whole_engine import Engine
 from autobalance.runtime import Notify
+from autobalance.value_classes import dataclass
 
 HALF = 0.5
 """Share that leaves the least first-order force of a single, and none of a 90° V twin."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from autobalance.balancing import plausibility, rotor_from_job
@@ -17,6 +16,7 @@ from autobalance.job import Job, JobSource
 from autobalance.running_gear.parts import ThrowLoad
 from autobalance.runtime import Progress, Stopwatch
 from autobalance.units import RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 from autobalance.verbs.balance import with_crank
 from autobalance.verbs.crank_job import job_given, pressed_up_told
 from autobalance.verbs.declaration import documented

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from autobalance.declare import derived
 from autobalance.units import G_PER_MM3_PER_KG_M3, STEEL_KG_M3
+from autobalance.value_classes import dataclass
 
 # A counterweight as a sector of a ring: mass, centre, product, what each size does to it, a size solved.
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -24,6 +23,7 @@ from autobalance.running_gear.loads import centrifugal_force_n, whole_turn
 from autobalance.running_gear.parts import LEAST_DIRECTION
 from autobalance.running_gear.whole_engine import Engine, about
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 ANGLES = 720
 """Crank angles for the largest force; the eighth order has 90 of them a period."""

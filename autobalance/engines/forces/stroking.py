@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from autobalance.running_gear.conrod import cylinder_mass_g
 from autobalance.running_gear.parts import Parts
 from autobalance.running_gear.slider_crank import swept_volume_cm3
 from autobalance.units import G_MM2_PER_KG_MM2, G_PER_MM3_PER_KG_M3, STEEL_KG_M3
+from autobalance.value_classes import dataclass
 
 # Stroke of a crank: crankpin overlap, offset grinding of the crankpin, stroke for a displacement.
 

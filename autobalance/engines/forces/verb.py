@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,6 +31,7 @@ from autobalance.running_gear.shafts import orders_with_shafts, roll_moment_n_m
 from autobalance.running_gear.whole_engine import Engine, about, dead_centres, first_order_counterweight
 from autobalance.runtime import Progress
 from autobalance.units import RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 from autobalance.verbs.crank_job import is_crank, job_given
 from autobalance.verbs.declaration import documented
 from autobalance.verbs.engine_case import Request, job_keys, request

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -26,6 +25,7 @@ from autobalance.running_gear.shafts import BalanceShaft, orders_with_shafts, ro
 from autobalance.running_gear.whole_engine import Engine
 from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
+from autobalance.value_classes import dataclass
 
 ANGLES = 720
 FACTOR_SEARCH_RANGE = (-0.5, 1.5)

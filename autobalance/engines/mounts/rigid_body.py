@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -13,6 +12,7 @@ import numpy as np
 
 from autobalance.errors import JobError, file_errors
 from autobalance.types import Array, Complex
+from autobalance.value_classes import dataclass
 
 # A flexible frame below an engine's mounts, by its modes from a file of an FE program: CSV or UFF 55.
 #

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -15,6 +15,7 @@ from autobalance.engines.mounts.rigid_body import FrameModes, MountedEngine, rea
 from autobalance.errors import JobError, file_errors
 from autobalance.types import Array, Complex
 from autobalance.units import N_PER_G_MM_S2, RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 
 # The engine on its mounts, from a job.
 

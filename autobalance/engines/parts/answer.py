@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from autobalance.declare import ABSENT, Absent, Count, KgMm2, NotNegative, Ordinal, record
 from autobalance.report.records.answers import JobReport
 from autobalance.running_gear.conrod import TwoMasses
 from autobalance.running_gear.parts import RolledUp
+from autobalance.value_classes import dataclass
 
 
 @record

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
@@ -17,6 +16,7 @@ from autobalance.report.plots import Drawn, Plots
 from autobalance.running_gear.conrod import ConnectingRod
 from autobalance.running_gear.parts import PartWeight, RolledUp, Sum, rolled_up, sum_of_parts
 from autobalance.runtime import Progress
+from autobalance.value_classes import dataclass
 from autobalance.verbs.crank_job import OPEN
 from autobalance.verbs.declaration import documented
 from autobalance.verbs.engine_case import job_keys, request

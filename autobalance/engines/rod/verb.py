@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 
 from autobalance.crank.connecting_rod import MeasuredRod, measure_rod
@@ -21,6 +20,7 @@ from autobalance.running_gear.conrod import cut_at_centre_of_mass
 from autobalance.runtime import Progress
 from autobalance.solid.formats.read import read
 from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM, STEEL_KG_M3
+from autobalance.value_classes import dataclass
 from autobalance.verbs.declaration import documented
 from autobalance.verbs.progress import telling
 from autobalance.verbs.result import VerbResult

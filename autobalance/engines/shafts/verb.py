@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from autobalance.balancing import engine_from_job
@@ -47,6 +47,7 @@ from autobalance.running_gear.shafts import (
 )
 from autobalance.running_gear.whole_engine import Engine, ForceOrder, about
 from autobalance.runtime import Progress
+from autobalance.value_classes import dataclass
 from autobalance.verbs.declaration import documented
 from autobalance.verbs.engine_case import job_keys, request
 from autobalance.verbs.options import place_mm

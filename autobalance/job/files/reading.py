@@ -5,7 +5,6 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -15,6 +14,7 @@ from autobalance.errors import JobError
 from autobalance.toml_files.keys import read_document
 from autobalance.toml_files.typed_units import refuse_unfilled
 from autobalance.units import G_MM_PER_OZ_IN, wrapped_deg
+from autobalance.value_classes import dataclass
 
 # Keys of the convention of a balancing machine's reading, and angles between its sense and the rotor's.
 

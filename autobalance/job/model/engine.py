@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -14,6 +14,7 @@ from autobalance.rigid_rotor.staged_assembly import ShaftKey
 from autobalance.rigid_rotor.tolerance import Judge
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.soundness.holes import OpenHoles
+from autobalance.value_classes import dataclass
 
 # A shop's measurements of the crank in the hand: on a scale, with a micrometer.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +21,7 @@ from autobalance.report.records.stage import (
     StageSuspect,
     StageUnbalance,
 )
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.balancing.loop import Result

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, Literal
 
 from autobalance.correction.holes import drills
@@ -13,6 +12,7 @@ from autobalance.report.balance.kinds import angle_deg, verb
 from autobalance.report.display_units import DisplayUnits, in_units
 from autobalance.report.tables import table
 from autobalance.types import Item, Report, Values
+from autobalance.value_classes import dataclass
 from autobalance.wording import NO_VALUE, degrees
 
 # The zero of a sheet's angles: the keyway if there is one, else crankpin 1.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from autobalance.report.metal import Piece, pieces_of
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh, compacted
 from autobalance.types import Array, Indices, Report
+from autobalance.value_classes import dataclass
 from autobalance.wording import at, number
 
 # Data of the page's 3D view: meshes packed for the script, labels, planes, vectors.

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from autobalance.report.display_units import PAGE_UNITS, PAGE_ZERO_DEG, pointing, unbalance
+from autobalance.value_classes import dataclass
 from autobalance.wording import escape
 
 SIZE = 200.0

@@ -6,7 +6,6 @@ import math
 import struct
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from importlib import resources
 from typing import NamedTuple
 
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 # Drawing of triangles into a picture: a z-buffer on arrays, and PNG. No graphics library, no screen.
 

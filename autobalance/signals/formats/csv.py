@@ -8,7 +8,6 @@ from array import array
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +17,7 @@ from autobalance.errors import FormatError
 from autobalance.signals.formats import agreed_rate
 from autobalance.signals.record import Channel, Record, named
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 TIME_HEADINGS = {"time": 1.0, "t": 1.0, "zeit": 1.0}
 TIME_UNITS = {None: 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0}

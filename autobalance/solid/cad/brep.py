@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -44,6 +43,7 @@ from autobalance.solid.csg.tool import Tool
 from autobalance.solid.mesh.mesh import Mesh, few, listed, weld
 from autobalance.solid.soundness.repair import solid_of, volume_change
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Solids with exact surfaces through the CAD kernel: built, measured, cut; needs the extra ``step``.
 

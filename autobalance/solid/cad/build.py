@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -44,6 +44,7 @@ from autobalance.solid.csg.shape import (
 from autobalance.solid.csg.tool import Drilling, Lowering, Raising, Tool
 from autobalance.types import Array
 from autobalance.units import MM_PER
+from autobalance.value_classes import dataclass
 
 # Construction of the CAD kernel's bodies from exact descriptions of shapes.
 

@@ -6,7 +6,7 @@ import re
 import signal
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -28,6 +28,7 @@ from autobalance.solid.cad.kernel import (
 )
 from autobalance.solid.cad.tessellation import Fineness, bounds_mm, tessellate
 from autobalance.units import MM_PER
+from autobalance.value_classes import dataclass
 
 # Contents of a CAD file: bodies of the kernel, with their names and the file's unit.
 

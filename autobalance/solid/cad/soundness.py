@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -16,6 +16,7 @@ from autobalance.solid.cad.tessellation import area_mm2, bounds_mm, surface_kind
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.solid.soundness.repair import volume_change
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Check of a CAD file's body: faults that the kernel finds, their healing, edges off their faces.
 

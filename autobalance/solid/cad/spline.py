@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -27,6 +26,7 @@ from autobalance.solid.cad.kernel import (
 )
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 SAME_MM = 1e-9
 

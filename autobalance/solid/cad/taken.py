@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -24,6 +24,7 @@ from autobalance.solid.cad.tessellation import PlaneFace, as_array, bounds_mm, s
 from autobalance.solid.csg.shape import Arc, Line, Outline, outline_area_mm2, reversed_outline
 from autobalance.solid.csg.tool import Drilling, Lowering, Raising, Tool
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 ADD_UP = 1e-7
 """Share of the metal moved by which tools one by one may differ from all of them together."""

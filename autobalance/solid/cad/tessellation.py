@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
 from autobalance.solid.cad.kernel import explored
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 # Surfaces of an exact solid by which a crank's parts are recognised: planes and cylinders.
 

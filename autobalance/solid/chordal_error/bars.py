@@ -8,8 +8,6 @@ a strip of three chords has a circle through its corners on any surface.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from autobalance.solid.chordal_error.look import (
@@ -25,6 +23,7 @@ from autobalance.solid.chordal_error.revolved import Lens, Revolved, Sets, cylin
 from autobalance.solid.chordal_error.strips import FEW, MIN_SURE_FACES, axes_of
 from autobalance.solid.mesh.adjacency import unit
 from autobalance.types import Array, Flags, Indices
+from autobalance.value_classes import dataclass
 
 NONE, FLAT = -1, -2
 """Stands for a surface's number: faces without a fitted surface, and planes of the part."""

@@ -9,7 +9,7 @@ torus. Smooth facets that are neither count in the error bar alone.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -36,6 +36,7 @@ from autobalance.solid.chordal_error.seeds import (
 from autobalance.solid.chordal_error.strips import axes_of, find_cylinders, find_revolved, split_in_bands
 from autobalance.solid.mesh.mesh import Mesh, ranked
 from autobalance.types import Array, Flags, Indices
+from autobalance.value_classes import dataclass
 
 MAX_SAG_WIDTH_RATIO = 0.5 * np.tan(SMOOTH_RAD / 4.0)
 """Sag of a chord at most, as a share of its width."""

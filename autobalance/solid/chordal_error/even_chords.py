@@ -8,7 +8,7 @@ are divided evenly. If both sides agree, nothing else is free, so a facet is as 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,7 @@ from autobalance.solid.chordal_error.bars import COARSER
 from autobalance.solid.chordal_error.look import Look, Turns, dotted, summed
 from autobalance.solid.mesh.mesh import CHUNK
 from autobalance.types import Array, Flags, Indices
+from autobalance.value_classes import dataclass
 
 GENTLE_RAD = 0.35
 """Angle up to which facets that keep turning are chords: 18 in a circle."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -11,6 +10,7 @@ from autobalance.solid.chordal_error.revolved import Revolved, Sets
 from autobalance.solid.mesh.adjacency import Edges, edges_of, plane_faces, unit
 from autobalance.solid.mesh.mesh import CHUNK, Mesh, numbered_components, ranked
 from autobalance.types import Array, Flags, Indices
+from autobalance.value_classes import dataclass
 
 # Search of a mesh for smooth surfaces: its plane faces, their smooth meetings, the volumes at stake.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.mesh.adjacency import unit
 from autobalance.types import Array, Flags, Floats, Indices
+from autobalance.value_classes import dataclass
 
 # Surfaces about an axis (cylinders, cones and tori) and the volume between them and flat triangles.
 

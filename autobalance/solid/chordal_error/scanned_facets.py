@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.mesh.mesh import hash_rows
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 MASS_SHARE, UNBALANCE_SHARE = 1.75, 1.5
 """Error bars as shares of the estimates: an edge rounded by less than a triangle is cut off, and no parabola

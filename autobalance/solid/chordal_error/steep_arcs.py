@@ -8,13 +8,12 @@ free: a fillet between two surfaces has no other radius.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from autobalance.solid.chordal_error.even_chords import ALONG, GENTLE_RAD
 from autobalance.solid.chordal_error.look import AS_WIDE, Look, Turns, dotted
 from autobalance.types import Array, Flags
+from autobalance.value_classes import dataclass
 
 AGREE_SHARE = 0.1
 """Difference of a chord's turns by both sides, as a share of their sum, up to which they are of one arc. In

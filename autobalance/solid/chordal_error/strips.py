@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from autobalance.solid.chordal_error.revolved import (
 from autobalance.solid.mesh.adjacency import unit
 from autobalance.solid.mesh.mesh import numbered_components
 from autobalance.types import Array, Flags, Indices
+from autobalance.value_classes import dataclass
 
 # Cylinders from strips of chords of one circle.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -35,6 +34,7 @@ from autobalance.solid.chordal_error.look import (
 from autobalance.solid.chordal_error.revolved import Sets
 from autobalance.solid.chordal_error.steep_arcs import BLUNT_SHARE, put_steep_arcs
 from autobalance.types import Array, Flags, Indices
+from autobalance.value_classes import dataclass
 
 # Lenses over other facets of a large mesh: cut by holes, split, or between chords of unlike widths.
 

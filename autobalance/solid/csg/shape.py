@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import manifold3d as m3
@@ -15,6 +14,7 @@ from autobalance.solid.csg.region import Region, triangulated
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh, without_collapsed
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 # Exact descriptions of solids: outlines of lines and arcs, extruded, turned, joined and cut.
 #

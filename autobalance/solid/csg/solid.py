@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import manifold3d as m3
@@ -15,6 +14,7 @@ from autobalance.solid.csg.region import Region, triangulated
 from autobalance.solid.mesh.measure import mesh_moments, part_volumes
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Solids with booleans, all checked: this module alone reads the kernel's status.
 #

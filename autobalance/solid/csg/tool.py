@@ -6,13 +6,14 @@ that is on it. Metal grows on a face within the face's own outline. A drill foll
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.solid.csg.shape import Outline, Placed, Point, Prism, Revolved, Shape, polygon
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True, eq=False)

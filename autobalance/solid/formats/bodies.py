@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
 from pathlib import Path
 
 from autobalance.errors import FormatError, SolidError
@@ -11,6 +10,7 @@ from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.gltf import file_bytes
 from autobalance.solid.formats.read import Source, every_source, source_of_cad
 from autobalance.solid.formats.registry import format_of
+from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
@@ -13,6 +12,7 @@ from autobalance.errors import FileError, FormatError, file_errors, refuse_pipe
 from autobalance.runtime import note_read
 from autobalance.solid.formats.raw import Raw
 from autobalance.types import Floats, Indices
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.solid.cad.files import CadFile

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -13,6 +12,7 @@ from autobalance.errors import FormatError
 from autobalance.solid.formats.format import Format, spread, step_of_text
 from autobalance.solid.formats.raw import CORNERS_MOST, Polygons, Raw, fans, point_cloud, shown, soup_of
 from autobalance.types import Array, Floats, Indices
+from autobalance.value_classes import dataclass
 
 FACE = np.dtype([("count", "u1"), ("corners", "<i4", (3,))])
 TYPES: Final = {

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.errors import FormatError
 from autobalance.types import Array, Floats, Indices
+from autobalance.value_classes import dataclass
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 """First bytes of texts from some editors."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,6 +26,7 @@ from autobalance.solid.soundness.repair import MAX_MOVED_SHARE, solid_of, volume
 from autobalance.solid.soundness.validate import check_solid, refuse_overlap
 from autobalance.types import Array, Floats
 from autobalance.units import MM_PER
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.solid.cad.brep import Exact

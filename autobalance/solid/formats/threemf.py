@@ -7,7 +7,7 @@ import zipfile
 import zlib
 from array import array
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Final
 from xml.parsers import expat
 
@@ -17,6 +17,7 @@ from autobalance.errors import FormatError
 from autobalance.solid.formats.format import SAMPLE, Format, step_of_text
 from autobalance.solid.formats.raw import Raw, soup_of
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 # Writing of 3MF files: named meshes in one model, packed with the parts that a reader expects.
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from autobalance.errors import SolidError
@@ -13,6 +11,7 @@ from autobalance.solid.mesh.measure import signed_volume_mm3
 from autobalance.solid.mesh.mesh import Mesh, hash_rows, weld, without_collapsed
 from autobalance.solid.soundness.repair import without_opposite_pairs
 from autobalance.types import Array, Floats, Indices
+from autobalance.value_classes import dataclass
 
 Number = type[np.float32] | type[np.float64]
 

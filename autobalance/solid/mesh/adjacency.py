@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from autobalance.solid.mesh.mesh import CHUNK, Mesh, longest_sides, numbered_components, ranked
 from autobalance.types import Array, Flags, Indices
+from autobalance.value_classes import dataclass
 
 # Pairs of adjacent triangles of a closed mesh, and the angles between them.
 

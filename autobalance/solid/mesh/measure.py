@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -12,6 +11,7 @@ from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.mesh.adjacency import linked_triangles
 from autobalance.solid.mesh.mesh import CHUNK, Mesh, numbered_components, six_volumes, summed
 from autobalance.types import Array, Floats, Indices
+from autobalance.value_classes import dataclass
 
 # Exact mass moments of a closed triangle mesh, from the divergence theorem.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.types import Array, Floats, Indices, Numbers
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     import trimesh

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 
 from autobalance.solid.mesh.mesh import least_and_greatest
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 CELLS = 255
 """Cells of the axis: their numbers fit a byte, so that a million triangles are compared in a fifth of a

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.region import Polygons
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array, Flags, Indices
+from autobalance.value_classes import dataclass
 
 # Volume, first and second moments by a second method: from areas and moments of slices along z.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -14,6 +13,7 @@ from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.mesh.mesh import CHUNK, least_and_greatest, ranked, summed
 from autobalance.solid.mesh.stretches import Stretches
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 # Cross-sections of a closed mesh at many heights at once, straight from its triangles.
 

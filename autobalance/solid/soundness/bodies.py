@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import combinations
 
@@ -15,6 +15,7 @@ from autobalance.solid.mesh.measure import CRUMB_VOLUME_SHARE, crumbs_dropped, p
 from autobalance.solid.mesh.mesh import Mesh, listed
 from autobalance.solid.soundness.repair import volume_change
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 # The connected bodies of a solid: filled ones with their cavities, turned round if inside out.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -15,6 +14,7 @@ from autobalance.solid.csg.region import triangulated
 from autobalance.solid.mesh.mesh import CHUNK, Mesh, hash_numbers
 from autobalance.solid.roughness.estimate import off_paraboloid, unit_at_vertices
 from autobalance.types import Array, Indices
+from autobalance.value_classes import dataclass
 
 # The surface around a hole of a scan: a plane, a cylinder, or a thin plate through the points there.
 

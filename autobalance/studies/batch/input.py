@@ -7,7 +7,7 @@ import io
 import os
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from autobalance.errors import AutobalanceError, JobError
@@ -16,6 +16,7 @@ from autobalance.job.tables import TOP_KEYS
 from autobalance.solid.formats.table import endings as crank_endings
 from autobalance.toml_files.document import text_of, toml_value
 from autobalance.toml_files.spreadsheet import sheet_cells
+from autobalance.value_classes import dataclass
 
 OWN_COLUMNS = ("job", "crank", "name")
 UNSAFE = re.compile(r"[^A-Za-z0-9._-]")

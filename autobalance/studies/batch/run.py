@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
@@ -16,6 +16,7 @@ from autobalance.report.files import Staging
 from autobalance.runtime import Progress
 from autobalance.studies.batch.answer import BatchReport, RowFigures, RowNumbers
 from autobalance.studies.batch.journal import JOURNAL, JournalLine, append_line, read_journal, rewrite_journal
+from autobalance.value_classes import dataclass
 from autobalance.verbs.result import Values
 from autobalance.version import __version__
 from autobalance.wording import worst_judged

@@ -6,7 +6,6 @@ import csv
 import io
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
@@ -17,6 +16,7 @@ from autobalance.report.records.answers import Head
 from autobalance.report.tables import table
 from autobalance.studies.jobs.archive import ArchivedJob
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 from autobalance.wording import angle_deg, percent
 
 # Statistics of cranks of one kind that were balanced one after another.

@@ -7,7 +7,7 @@ import posixpath
 import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import closing, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any
@@ -15,6 +15,7 @@ from typing import Annotated, Any
 from autobalance.declare import UNWRITTEN, NotNegative, Ordinal, Pair, Positive
 from autobalance.errors import AutobalanceError
 from autobalance.rigid_rotor.tolerance import Outcome
+from autobalance.value_classes import dataclass
 from autobalance.verification.report_file import read_report
 from autobalance.wording import worst_judged
 

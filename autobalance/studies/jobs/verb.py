@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from autobalance.errors import FileError
+from autobalance.value_classes import dataclass
 from autobalance.verbs.result import VerbResult
 
 if TYPE_CHECKING:

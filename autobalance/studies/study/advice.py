@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.declare import Share
 from autobalance.studies.study.linear_model import LinearModel
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Reduction of each ± by which enough cranks would be within tolerance.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from autobalance.studies.study.linear_model import Draw, axis_effect, effect_of,
 from autobalance.studies.study.plan import Plan
 from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
+from autobalance.value_classes import dataclass
 
 TABLES = ("rotating", "reciprocating", "crankpin")
 DENSITY, DEPTH = "crankshaft.density_kg_m3", "correction.depth"

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 from autobalance.declare import FILLED, NOT_NEGATIVE, Key, Range, keys_of, made
 from autobalance.job.model import Distribution, Sampling
 from autobalance.job.tables import AddonTables, TablesRead
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.job.read import Job

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from autobalance.studies.study.statistics import (
     standard_deviation,
 )
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True, eq=False)

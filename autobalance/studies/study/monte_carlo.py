@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
@@ -34,6 +34,7 @@ from autobalance.studies.study.statistics import Z_95, Percentiles, wilson_inter
 from autobalance.studies.workers import InThisProcess, Workers
 from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
+from autobalance.value_classes import dataclass
 
 # Key figures of a crank over each uncertain number: from −pm to +pm, all others as planned.
 

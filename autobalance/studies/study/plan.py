@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from autobalance.balancing import rotor_from_job
 from autobalance.balancing.engine_from_job import with_oil
 from autobalance.balancing.loop import Result
@@ -16,6 +14,7 @@ from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.runtime import Notify, Stopwatch
+from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True, eq=False)

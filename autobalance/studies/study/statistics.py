@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import math
-from dataclasses import dataclass
 from typing import Literal, Self
 
 import numpy as np
 from scipy.special import ndtri
 
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 # Random numbers for studies: each cause has its own stream, each crank its own place in it.
 #

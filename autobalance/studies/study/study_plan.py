@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.errors import ClaimError, FileError, FormatError
 from autobalance.runtime import Notify
+from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.job import Job, JobSource

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from autobalance.declare import POSITIVE, SHARE, Key, Values
 from autobalance.errors import JobError
 from autobalance.toml_files.keys import read_document
+from autobalance.value_classes import dataclass
 
 ENGINE = (
     Key("job", str, "job of the engine, with [cycle]; relative to this file"),

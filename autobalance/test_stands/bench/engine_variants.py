@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated
 
@@ -20,6 +19,7 @@ from autobalance.job import Job
 from autobalance.running_gear.whole_engine import Engine
 from autobalance.types import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM, RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True, eq=False)

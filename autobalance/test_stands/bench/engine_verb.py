@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +19,7 @@ from autobalance.test_stands.bench.answer import (
 )
 from autobalance.test_stands.bench.engine_input import EngineBench, Variant, read_engine_bench
 from autobalance.units import RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 from autobalance.verbs.crank import Crank
 from autobalance.verbs.engine_case import request
 from autobalance.verbs.result import VerbResult

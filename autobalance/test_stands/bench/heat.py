@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Annotated, Literal
 
@@ -23,6 +23,7 @@ from autobalance.test_stands.bench.rotor import (
 )
 from autobalance.types import Array
 from autobalance.units import RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 
 Moment = Callable[[float, float], float]
 """Friction [N·m] by speed [rad/s] and temperature [°C]."""

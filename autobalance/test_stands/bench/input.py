@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -44,6 +43,7 @@ from autobalance.units import (
     M_PER_MM,
     RAD_S_PER_RPM,
 )
+from autobalance.value_classes import dataclass
 
 GRAVITY_M_S2 = 9.80665
 MOST_RUNS = 1000

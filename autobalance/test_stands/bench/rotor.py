@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 
@@ -15,6 +15,7 @@ from autobalance.engines.bearings import rolling
 from autobalance.engines.bearings.film import JournalBearing, friction_moment_N_m
 from autobalance.engines.cycle.windage import Air, Range, disc_windage, gases_of, rim_windage_N_m, scattered
 from autobalance.units import M_PER_MM, N_PER_G_MM_S2, RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 
 CONTACT_ECCENTRICITY_RATIO = 0.99
 """Eccentricity ratio above which a plain bearing touches."""

@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from autobalance.declare import Degrees, NotNegative, derived
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 LONGEST_STEP_S = 1e-3
 STEP_PER_TIME_CONSTANT = 0.1

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from autobalance.types import Array
+from autobalance.value_classes import dataclass
 
 UnbalanceKind = Literal["balanced", "static", "couple", "quasi_static", "dynamic"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,7 @@ from autobalance.test_stands.bench.answer import (
     WrittenRotor,
 )
 from autobalance.units import G_PER_KG, KG_M2_PER_G_MM2, RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 from autobalance.verbs.declaration import documented
 from autobalance.verbs.result import VerbResult
 

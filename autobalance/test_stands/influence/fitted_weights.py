@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from autobalance.integer_program import IntegerProgram, solution
 from autobalance.types import Array, Complex
+from autobalance.value_classes import dataclass
 
 # Weights at fixed places, or from stock, with a required vector sum.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, cast
 
@@ -24,6 +23,7 @@ from autobalance.test_stands.influence.limited_weights import (
 from autobalance.toml_files.document import text_of, toml_of
 from autobalance.toml_files.keys import named_in, read_document
 from autobalance.types import Array, Complex
+from autobalance.value_classes import dataclass
 
 Reading = tuple[float, float]
 PlaneName = int | str

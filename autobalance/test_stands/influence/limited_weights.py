@@ -5,7 +5,6 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -16,6 +15,7 @@ from autobalance.errors import AutobalanceError, JobError
 from autobalance.toml_files.keys import read
 from autobalance.types import Array, Complex
 from autobalance.units import wrapped_deg
+from autobalance.value_classes import dataclass
 
 # Influence coefficients: effect of a unit unbalance in each plane on each reading, by trial weights.
 #

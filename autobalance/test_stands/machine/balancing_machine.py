@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
@@ -23,6 +22,7 @@ from autobalance.declare import (
 )
 from autobalance.test_stands.bench.spun_rotor import SpunRotor
 from autobalance.units import G_PER_MM3_PER_KG_M3, STEEL_KG_M3
+from autobalance.value_classes import dataclass
 
 # Readings of balancing machines on a rigid rotor: hard and soft bearings, cradle, nodal points.
 #

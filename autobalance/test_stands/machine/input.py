@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -36,6 +36,7 @@ from autobalance.test_stands.bench.spun_rotor import PlanarUnbalance, PointMass,
 from autobalance.test_stands.machine.balancing_machine import POINT, DrillPlace, Noise
 from autobalance.toml_files.keys import read_document
 from autobalance.units import G_S2_PER_N_MM, RAD_S_PER_RPM
+from autobalance.value_classes import dataclass
 
 MachineKind = Literal["hard", "soft", "cradle", "nodal", "static"]
 Pair = tuple[float, float]

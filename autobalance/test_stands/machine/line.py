@@ -7,7 +7,7 @@ import math
 import re
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from autobalance.test_stands.machine.input import MACHINE_KEYS
 from autobalance.toml_files.keys import read_document
 from autobalance.toml_files.typed_units import unbalance_unit
 from autobalance.units import G_MM_PER
+from autobalance.value_classes import dataclass
 
 # Lines of a balancing machine as vectors, and the settling of its readings; pure numbers.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +11,7 @@ from autobalance.errors import FormatError
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.test_stands.bench.spun_rotor import RigidBody
+from autobalance.value_classes import dataclass
 from autobalance.verification.claims import Claims
 from autobalance.verification.premises import claimed_anatomy, claimed_job
 from autobalance.verification.report_file import read_report
