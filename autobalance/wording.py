@@ -27,7 +27,20 @@ def outcome_words(report: Mapping[str, Any]) -> str:
     >>> outcome_words({"outcome": "within_tolerance", "proven": False})
     'Within tolerance, not proven'
     """
-    return OUTCOMES[report["outcome"]] + (NOT_PROVEN if is_unproven(report) else "")
+    return OUTCOMES[outcome_of(report)] + (NOT_PROVEN if is_unproven(report) else "")
+
+
+def outcome_of(report: Mapping[str, Any]) -> str:
+    """Return the outcome of the crank, as it is shown: after earlier stages it was not within from the first.
+
+    Examples
+    --------
+    >>> outcome_of({"outcome": "already_within_tolerance", "stages": [{"stage": 1}, {"stage": 2}]})
+    'within_tolerance'
+    """
+    outcome = str(report["outcome"])
+    is_first = not report.get("stages")
+    return outcome if is_first or outcome != "already_within_tolerance" else "within_tolerance"
 
 
 def is_unproven(report: Mapping[str, Any]) -> bool:

@@ -343,15 +343,15 @@ def test_the_summary_tells_what_to_cut(tmp_path: Path, capsys: pytest.CaptureFix
     jobs.computed(job, tmp_path / "out")
     metric = capsys.readouterr().out
     assert "WITHIN TOLERANCE" in metric
-    assert "1. lower w1-a 1 180.0° 2.787 mm" in " ".join(metric.split())
+    assert "1. face w1-a 1 180.0° 2.787 mm" in " ".join(metric.split())
     assert "10.69" in metric
-    assert "factor 0.82 → 0.28: lower webs 1-2, 2 cuts of 2.787 mm" in metric
+    assert "factor 0.82 → 0.28: face webs 1-2, 2 cuts of 2.787 mm" in metric
     assert "0.8182 before, 0.2800 after, 0.2800 wanted" not in metric
     inch_too = ("--units", "inch", "--no-report", "--verbose")
     assert jobs.run("balance", job, "-o", tmp_path / "out", *inch_too) == 0
     inch = capsys.readouterr().out
     assert "0.8182 before, 0.2800 after, 0.2800 wanted" in inch
-    assert "1. lower w1-a 1 180.0° 0.1097 in" in " ".join(inch.split())  # 2.787 mm / 25.4
+    assert "1. face w1-a 1 180.0° 0.1097 in" in " ".join(inch.split())  # 2.787 mm / 25.4
     assert "Unbalance [oz·in]" in inch
     assert "0.0148" in inch  # 10.69 g·mm / 720.08
     body = inch.split("Cuts to make")[1].split("Written")[0]  # without the names of files

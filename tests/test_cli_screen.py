@@ -99,7 +99,7 @@ def test_the_first_three_lines_answer_and_the_last_says_what_to_open(
     lines = capsys.readouterr().out.splitlines()
     metal = sum(each["removed_mass_g"] for each in report["corrections"])
     assert lines[0] == "WITHIN TOLERANCE, proven"
-    assert lines[1].startswith("factor 0.82 → 0.28: lower webs 1-2, 2 cuts of 2.78")
+    assert lines[1].startswith("factor 0.82 → 0.28: face webs 1-2, 2 cuts of 2.78")
     assert lines[1].endswith(f"({metal:.2f} g)")
     worst = max(
         zip(report["residual"]["planes"], report["tolerance"]["planes"], strict=True),

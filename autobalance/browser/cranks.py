@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import asdict, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from starlette.requests import Request
@@ -20,10 +21,13 @@ from autobalance.types import Array
 from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from autobalance.browser.project import Project
 
 FILE = "cranks.json"
 LONGEST_NAME = 80
+NOT_IN_NAMES = re.compile(r'[\\/:*?"<>|]')
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,17 @@ def known_cranks(project: Project) -> dict[str, KnownCrank]:
     return {name: KnownCrank() for name in sorted(jobs)} | {
         name: KnownCrank(**each) for name, each in told.items()
     }
+
+
+def saved_name(project: Project, told: Mapping[str, Any], name: str) -> str:
+    """Return the name under which a file of a run is saved: of its crank, from the second stage on its stage.
+
+    Two cranks, or two stages of one, in the same folder of downloads are told apart by it.
+    """
+    crank = told["crank"] or ""
+    called = known_cranks(project).get(crank, KnownCrank()).name or Path(crank).stem
+    stage = f"stage-{told['stage']}" if told["stage"] > 1 else ""
+    return "-".join(filter(None, (NOT_IN_NAMES.sub("-", called).lstrip("."), stage, name)))
 
 
 def kept_jobs(project: Project) -> Path:

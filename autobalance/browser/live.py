@@ -12,6 +12,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from autobalance.browser.analyses import analyses
+from autobalance.browser.cranks import saved_name
 from autobalance.browser.forms import limits, tables
 from autobalance.browser.guard import body_of, file_of, jsonable, packed, refused
 from autobalance.browser.opening import job_of
@@ -211,8 +212,9 @@ class Live:
         """Give a certificate, a card, a list or a drawing of a result."""
         run, name = request.path_params["run"], request.path_params["name"]
         papers = (self._json(request, MODEL) or {}).get("papers", [])
-        path = self._project.own(run, name) if name in papers else None
-        return file_of(path, name, "show" in request.query_params)
+        path, told = self._project.own(run, name) if name in papers else None, self._runs.state_of(run)
+        saved_as = name if told is None else saved_name(self._project, told, name)
+        return file_of(path, saved_as, "show" in request.query_params)
 
     async def cards(self, request: Request) -> Response:
         """Return the kinds compared so far: rows as in the report, and the names of those with a picture."""
@@ -313,6 +315,13 @@ def kinds() -> list[dict[str, Any]]:
     from autobalance.correction import KINDS
 
     return [
-        {"name": name, "verb": kind.verb, "noun": kind.noun, "datum": kind.datum, "keys": limits(name)}
+        {
+            "name": name,
+            "verb": kind.verb,
+            "noun": kind.noun,
+            "datum": kind.datum,
+            "adds": kind.adds_metal,
+            "keys": limits(name),
+        }
         for name, kind in KINDS.items()
     ]

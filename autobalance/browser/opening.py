@@ -127,7 +127,7 @@ def _kept_job(project: Project, crank: str) -> Path:
 def _for_another(project: Project) -> dict[str, Any]:
     """Return the keys of the project's job that another crank's job keeps: all, if that has no crank yet."""
     tables = job_of(project)
-    if not tables.get("crankshaft", {}).get("file"):
+    if not crank_of(tables):
         return tables
     project.write_text(JOB_BEFORE, toml_text(tables))
     kept = _kept_job(project, str(tables["crankshaft"]["file"]))
@@ -136,11 +136,38 @@ def _for_another(project: Project) -> dict[str, Any]:
     return {key: value for key, value in tables.items() if key in OF_ANY_CRANK}
 
 
+def _write_job_of_another(tables: Mapping[str, Any], project: Project) -> None:
+    """Make tables the project's job; that of another crank is kept for when its crank is opened again."""
+    if crank_of(job_of(project)) not in (None, crank_of(tables)):
+        _for_another(project)
+    project.write_job(toml_text(tables))
+
+
 def job_of(project: Project) -> dict[str, Any]:
     """Return the project's job as tables; empty without a job."""
     path = project.file(JOB)
+    return {} if path is None else _tables_of(path)
+
+
+def job_of_crank(project: Project, crank: str) -> dict[str, Any] | None:
+    """Return the job of a crank as it is now: the project's, or the one kept while another crank is open."""
+    tables = job_of(project)
+    if crank_of(tables) == crank:
+        return tables
+    kept = _kept_job(project, crank)
+    return _tables_of(kept) if is_plain(crank) and kept.is_file() else None
+
+
+def crank_of(tables: Mapping[str, Any]) -> str | None:
+    """Return the file of a job's crank; None if it has none."""
+    table = tables.get("crankshaft")  # as it was typed
+    file = table.get("file") if isinstance(table, dict) else None
+    return str(file) if file else None
+
+
+def _tables_of(path: Path) -> dict[str, Any]:
     try:
-        return {} if path is None else toml_of(path.read_text(encoding="utf-8"), JOB)
+        return toml_of(path.read_text(encoding="utf-8"), JOB)
     except ValueError:  # no UTF-8, or no TOML
         return {}
 
@@ -161,7 +188,7 @@ def open_job(path: Path, project: Project) -> None:
             return file.name
         return project.copied(file) if file.is_file() else Path(name).name
 
-    project.write_job(toml_text(_named(tables_of(path), here)))
+    _write_job_of_another(_named(tables_of(path), here), project)
 
 
 def open_own_job(name: str, project: Project) -> None:
@@ -175,7 +202,7 @@ def open_own_job(name: str, project: Project) -> None:
     tables = _named(
         _tables_apart(project.folder / name), lambda file: file.replace("\\", "/").rpartition("/")[2]
     )
-    project.write_job(toml_text(tables))
+    _write_job_of_another(tables, project)
 
 
 def _tables_apart(path: Path) -> dict[str, Any]:
@@ -241,7 +268,7 @@ def open_report(path: Path, project: Project, anywhere: bool = True) -> str:
     crank = path.parent / (named if anywhere else named.rpartition("/")[2])
     if crank.is_file() and not crank.is_symlink():
         tables["crankshaft"]["file"] = project.copied(crank)
-    project.write_job(toml_text(tables))
+    _write_job_of_another(tables, project)
     own = project.own_folder(run)
     own.mkdir(parents=True, exist_ok=True)
     ended = {"exit_code": ABOVE_EXIT_CODE if report.get("outcome") == "above_tolerance" else 0}

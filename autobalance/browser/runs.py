@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance import registry
 from autobalance.browser.guard import jsonable
-from autobalance.browser.opening import job_of
+from autobalance.browser.opening import crank_of, job_of, job_of_crank
 from autobalance.browser.project import ABOVE_EXIT_CODE, APP_FOLDER, RUN_ID, RUNS, STATE, Project
 from autobalance.browser.work import nothing, work
 from autobalance.errors import AutobalanceError
@@ -58,6 +58,8 @@ OF_LOADS = (
 """Keys and tables that change loads and no cut: no plan reads them, nor the tables of add-ons."""
 CUTTING = ("balance", "recut", "compare")
 """Verbs that plan cuts."""
+STAGES = ("balance", "recut")
+"""Verbs whose result is a stage of a crank."""
 PRELOADED_MODULES = (
     "autobalance.browser.preload",
     "PIL.ImageDraw",
@@ -124,13 +126,13 @@ class Runs:
         """Return every run, the latest last."""
         with self._lock:
             runs = sorted(self._runs.values(), key=lambda run: run.started)
-        job = job_of(self._project)
-        return [self._state(run, job) for run in runs]
+        jobs: dict[str | None, dict[str, Any] | None] = {}
+        return [self._state(run, jobs) for run in runs]
 
     def state_of(self, run_id: str) -> dict[str, Any] | None:
         """Return one run; None if it is unknown."""
         run = self._runs.get(run_id)
-        return None if run is None else self._state(run, job_of(self._project))
+        return None if run is None else self._state(run, {})
 
     def asked(self, run_id: str) -> dict[str, Any] | None:
         """Return the request of a run; None if there is no such run."""
@@ -207,19 +209,26 @@ class Runs:
 
     def _made_of(self, run: Run) -> dict[str, Any] | None:
         """Return the job behind a run: its own, or that of the run it continues."""
-        seen = {run.id}
-        while run.job is None:
-            earlier = self._runs.get(str(run.asked.get("run")))
-            if earlier is None or earlier.id in seen:
-                return None
-            seen.add(earlier.id)
-            run = earlier
-        return run.job
+        return next((each.job for each in self._course(run) if each.job is not None), None)
 
-    def _state(self, run: Run, job: dict[str, Any]) -> dict[str, Any]:
-        """Return a run as the page has it; ``changes`` are the later differences of the project's ``job``."""
+    def _course(self, run: Run) -> list[Run]:
+        """Return a run, the one that it continues, and so on; the first stage last."""
+        course = [run]
+        while (earlier := self._runs.get(str(course[-1].asked.get("run")))) and earlier not in course:
+            course.append(earlier)
+        return course
+
+    def _state(self, run: Run, jobs: dict[str | None, dict[str, Any] | None]) -> dict[str, Any]:
+        """Return a run as the page has it; ``changes`` are the later differences of its crank's own job.
+
+        ``jobs`` are those of the cranks that were asked for, and take in this one's.
+        """
         made_of = self._made_of(run)
-        changes = [] if made_of is None else _changes(run.verb, made_of, job)
+        crank = None if made_of is None else crank_of(made_of)
+        if crank not in jobs:
+            jobs[crank] = job_of(self._project) if crank is None else job_of_crank(self._project, crank)
+        job = jobs[crank]
+        changes = [] if made_of is None or job is None else _changes(run.verb, made_of, job)
         folder = self._project.run_folder(run.id)
         whole = run.state == "done" and folder.is_dir()
         return {
@@ -231,9 +240,10 @@ class Runs:
             "exit_code": run.exit_code,
             "error": run.error,
             "started": datetime.fromtimestamp(run.started, UTC).isoformat(timespec="seconds"),
-            "crank": None if made_of is None else made_of.get("crankshaft", {}).get("file"),
+            "crank": crank,
+            "stage": sum(each.verb in STAGES for each in self._course(run)),
             "job_sha256": None if made_of is None else _fingerprint(made_of),
-            "job_changed": None if made_of is None else bool(changes),
+            "job_changed": None if made_of is None or job is None else bool(changes),
             "changes": jsonable([each._asdict() for each in changes[:MOST_CHANGES]]),
             "files": sorted(path.name for path in folder.iterdir() if path.is_file()) if whole else [],
         }

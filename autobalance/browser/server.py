@@ -18,7 +18,7 @@ from starlette.types import ASGIApp
 
 from autobalance.browser.analyses import ANALYSES, AnalysisFiles, wrong_request
 from autobalance.browser.bundle import script, style
-from autobalance.browser.cranks import CrankNames
+from autobalance.browser.cranks import CrankNames, saved_name
 from autobalance.browser.guard import (
     TOKEN_HEADER,
     Guard,
@@ -408,7 +408,11 @@ class Pages:
     async def result(self, request: Request) -> Response:
         """Give a file of a run."""
         name = request.path_params["name"]
-        return file_of(self._of_run(request.path_params["run"], name), name, "show" in request.query_params)
+        run = request.path_params["run"]
+        path = self._of_run(run, name)
+        told = self._runs.state_of(run)
+        saved_as = name if told is None else saved_name(self._project, told, name)
+        return file_of(path, saved_as, "show" in request.query_params)
 
     def _of_run(self, run: str, name: str) -> Path | None:
         record = self._runs.state_of(run)

@@ -202,6 +202,7 @@ def _written(result: BalanceResult, place: Place, notify: Progress) -> int:
     """Write the command's files, and the page's view of them."""
     from autobalance.browser.meshes import result_view
     from autobalance.browser.prediction import linear_model
+    from autobalance.paper.sheet import set_up_letter
     from autobalance.report.balance.datums import with_design_radii
     from autobalance.report.bundle import bundle
 
@@ -214,7 +215,8 @@ def _written(result: BalanceResult, place: Place, notify: Progress) -> int:
     place.keep(WEBS, _webs(material))
     drawn = with_design_radii(material.report)["corrections"]  # the radii that the papers have
     radii = [each.get("entry_radius_mm", each["radius_mm"]) for each in drawn]
-    model = {**linear_model(result), "papers": list(papers), "radii_mm": radii}
+    setups = [set_up_letter(each) for each in drawn]
+    model = {**linear_model(result), "papers": list(papers), "radii_mm": radii, "setups": setups}
     place.keep(MODEL, json.dumps(model, allow_nan=False).encode())
     place.keep(VIEW, result_view(result))
     return result.exit_code

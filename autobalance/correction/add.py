@@ -315,7 +315,7 @@ class Add(FaceKind[AddLimits]):
 
     name = "add"
     verb = "build up"
-    noun = "Added metal"
+    noun = "Pad"
     datum = "the face as it is, outward along its normal"
     limits = AddLimits
     adds_metal = True
@@ -370,7 +370,7 @@ class Add(FaceKind[AddLimits]):
         )
 
     def instruction(self, item: Item, figures: Figures) -> str:
-        return f"Add metal on face {item.get('face')}"
+        return f"Build up face {item.get('face')}"
 
 
 NOTED_BESIDE_MM = 0.05

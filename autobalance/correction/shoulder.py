@@ -297,7 +297,7 @@ class Shoulder(FaceKind[ShoulderLimits]):
     """Faces lowered into the metal."""
 
     name = "shoulder"
-    verb = "lower"
+    verb = "face"
     noun = "Shoulder"
     datum = "the face as it is, along its normal"
     limits = ShoulderLimits
@@ -325,7 +325,7 @@ class Shoulder(FaceKind[ShoulderLimits]):
             if item.get("new_height_mm") is not None
             else ""
         )
-        return f"Lower face {item.get('face')}{part_name(item.get('sector_deg'))}{heights}"
+        return f"Face mill {item.get('face')}{part_name(item.get('sector_deg'))}{heights}"
 
     def machining(self, item: Item) -> Operation | str | None:
         return face_operation(item)

@@ -33,6 +33,7 @@ from autobalance.paper.pen import (
 )
 from autobalance.paper.plates import scale_bar
 from autobalance.report import job_header
+from autobalance.report.balance import kinds
 from autobalance.report.balance.zero import Zero, ZeroChoice
 from autobalance.report.display_units import ON_PAPER, DisplayUnits, UnitSystem, plain
 from autobalance.report.job_header import work
@@ -374,16 +375,38 @@ def _facts(report: Report, u: DisplayUnits, date: str) -> Sequence[Sequence[str]
     facts = [
         ("Part", part_name(report)),
         *((name.capitalize(), value) for name, value in words.items()),
-        ("Grade, speed", f"G {tolerance['grade_mm_s']:g}, {plain(tolerance['speed_rpm'], 0)} rpm"),
-        ("Rotor mass", u.of_mass(tolerance["rotor_mass_g"])),
+        (
+            "Grade, speed",
+            f"G {tolerance['grade_mm_s']:g}, {plain(tolerance['speed_rpm'], 0)} rpm, of a rotor of "
+            f"{u.of_mass(tolerance['rotor_mass_g'])}",
+        ),
+        ("Crank mass", _mass_words(report, u)),
         ("Bob-weights", bobs),
         ("Balance factor", "none: the throws cancel out" if factor is None else f"{factor:.4f}"),
-        ("Cuts in all", str(len(report["corrections"]) + len(report.get("earlier_corrections") or ()))),
+        *_in_all(report),
         ("Verified", _verified(report)),
         ("Machine", PurePath(machine).stem if machine else "-"),
         ("Date", date or "-"),
     ]
     return [[name, value] for name, value in facts]
+
+
+def _every(report: Report) -> list[Any]:
+    return [*report["corrections"], *(report.get("earlier_corrections") or ())]
+
+
+def _mass_words(report: Report, u: DisplayUnits) -> str:
+    """Return the mass of the finished crank, and that before its first stage."""
+    here = float(report["crank"]["mass_g"])  # with the earlier corrections, without those of this stage
+    after = here - sum(float(item["removed_mass_g"]) for item in report["corrections"])
+    before = after + sum(float(item["removed_mass_g"]) for item in _every(report))
+    return f"{u.of_mass(after)}, before correction {u.of_mass(before)}"
+
+
+def _in_all(report: Report) -> Sequence[tuple[str, str]]:
+    """Return the numbers of cuts and of pads, all stages together."""
+    cuts, pads = kinds.apart(_every(report))
+    return [("Cuts in all", str(len(cuts))), *([("Pads in all", str(len(pads)))] if pads else [])]
 
 
 class _Picture(Flowable):  # type: ignore[misc]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -156,6 +157,17 @@ def cut_table(items: Sequence[Item], u: DisplayUnits, wide_mm: float, zero: Zero
     return table(wide_mm, columns, [cut_row(item, u, zero) for item in items])
 
 
+def pad_table(items: Sequence[Item], u: DisplayUnits, wide_mm: float, zero: Zero) -> Flowable:
+    """Return a table of every pad: as for cuts, with a height, without tool and point."""
+    columns = [Column("No", 7.5), *cut_columns(u, zero)]
+    rows = [cut_row(item, u, zero) for item in items]
+    of_tools = [f"diameter\n{u.length}", f"with point\n{u.length}"]
+    shown = [k for k, column in enumerate(columns) if column.title not in of_tools]
+    titles = {"cut": "pad", f"depth\n{u.length}": f"height\n{u.length}"}
+    heads = [replace(columns[k], title=titles.get(columns[k].title, columns[k].title)) for k in shown]
+    return table(wide_mm, heads, [[row[k] for k in shown] for row in rows])
+
+
 def cut_columns(u: DisplayUnits, zero: Zero) -> list[Column]:
     """Return the columns of a cut, without its number."""
     from_crankpin = zero.angle_deg != 0.0
@@ -210,7 +222,7 @@ def cut_row(item: Item, u: DisplayUnits, zero: Zero = FROM_CRANKPIN) -> list[str
 def how(item: Item) -> str:
     """Return the kind's name and the side of the tool: ``drill from +z``."""
     if kinds.adds_metal(item):
-        return f"{item['kind']}: {kinds.verb(item)}"
+        return kinds.verb(item)
     word, side = str(item["kind"]), side_of(item)
     return f"{word} {side}" if side else word
 

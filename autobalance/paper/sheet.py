@@ -21,7 +21,7 @@ from autobalance.paper.certificate import (
     template,
     written,
 )
-from autobalance.paper.cuts import Column, cut_columns, cut_table, side_of, slug_table, table
+from autobalance.paper.cuts import Column, cut_columns, cut_table, pad_table, side_of, slug_table, table
 from autobalance.paper.drawing import Drawings, SectionDrawing
 from autobalance.paper.making import making_table
 from autobalance.paper.pen import POINTS_PER_MM, SMALLEST_PT
@@ -132,9 +132,9 @@ def _sides(items: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return the set-ups with the numbers of their cuts, and the datums of the depths."""
     set_ups = []
     for side, (letter, text) in SET_UPS.items():
-        count = sum(_side(item) == side for item in items)
-        if count:
-            set_ups.append(f"Set-up {letter} for {count} cut{'s' * (count > 1)} {side}: {text}.")
+        made = kinds.counted(item for item in items if _side(item) == side)
+        if made:
+            set_ups.append(f"Set-up {letter} for {made} {side}: {text}.")
     return [" ".join(set_ups), " ".join(kinds.datums(items))] if set_ups else kinds.datums(items)
 
 
@@ -152,6 +152,12 @@ def set_up_letter(item: Mapping[str, Any]) -> str:
 # The shop sheet as a whole: its tables, views and templates, in their order.
 
 
+OF_CUTS = (
+    "Depth counts from the entry on the tool's axis to the end of the full diameter; with point to the tip. A "
+    "negative mass is added metal: the slug is heavier than the metal of its bore. Depth left: how much deeper "
+    "a hole may go before it meets a limit of the job."
+)
+OF_PADS = "Height counts from the face as it is, outward. The mass is put on."
 FAILURE_COLOUR = "#a8231b"
 GAP_MM = 2.5
 """Gap between parts below each other."""
@@ -284,8 +290,7 @@ class _Story:
     def _in_the_model(self) -> str:
         if not self.items:
             return "Nothing was cut in the model."
-        cuts = f"{len(self.items)} cut{'s' * (len(self.items) > 1)}"
-        return f"The model has {cuts}, the best within the job's limits; they do not reach the tolerance."
+        return f"The model has {kinds.counted(self.items)}, the best within the job's limits; they do not reach the tolerance."
 
     # --- what to cut --------------------------------------------------------------------------------------
 
@@ -312,17 +317,19 @@ class _Story:
         self.parts += [prose(text, after=0.5) for text in set_up(report, u, self.zero, self.cheeks)]
         self._gap(1.5)
         self._room(30.0)
-        self.parts += [
-            self._heading(f"Cuts: {len(self.items)}"),
-            cut_table(self.items, u, self.wide_mm, self.zero),
-        ]
-        self._gap(0.8)
-        note = (
-            "Depth counts from the entry on the tool's axis to the end of the full diameter; with point to "
-            "the tip. A negative mass is added metal: the slug is heavier than the metal of its bore. "
-            "Depth left: how much deeper a hole may go before it meets a limit of the job."
-        )
-        self.parts.append(prose(note, SMALLEST_PT))
+        cuts, pads = kinds.apart(self.items)
+        if cuts:
+            self.parts += [self._heading(f"Cuts: {len(cuts)}"), cut_table(cuts, u, self.wide_mm, self.zero)]
+            self._gap(0.8)
+            self.parts.append(prose(OF_CUTS, SMALLEST_PT))
+        if pads:
+            self._room(20.0)
+            self.parts += [
+                self._heading(f"Metal to add: {len(pads)} pad{'s' * (len(pads) > 1)}"),
+                pad_table(pads, u, self.wide_mm, self.zero),
+            ]
+            self._gap(0.8)
+            self.parts.append(prose(OF_PADS, SMALLEST_PT))
         self._tolerances(tolerances(report))
         self._slugs()
 

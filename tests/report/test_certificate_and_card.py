@@ -66,6 +66,24 @@ def test_only_a_reading_after_the_last_cut_is_no_prediction(cuts: int) -> None:
     assert f"Cuts in all 2 Verified {how}" in text
 
 
+def test_a_certificate_has_the_mass_of_the_finished_crank_and_counts_pads_apart() -> None:
+    report = headed(2)
+    first, second = report["corrections"]
+    pad = {**first, "kind": "add", "removed_mass_g": -200.0, "depth_mm": -4.0}
+    now = {"stages": [{"stage": 2}], "corrections": [], "earlier_corrections": [pad, second]}
+    now["outcome"] = "already_within_tolerance"
+    (text,) = pages(certificate(report | now, None))
+    mass_g = report["crank"]["mass_g"]
+    before = mass_g - 200.0 + second["removed_mass_g"]
+    assert f"Crank mass {mass_g:.2f} g, before correction {before:.2f} g" in text
+    assert "Cuts in all 1 Pads in all 1 Verified read on the machine, stage 2" in text
+    assert "Within tolerance" in text
+    assert "Already" not in text
+    (first_stage,) = pages(certificate(report | {"corrections": [pad, second]}, None))
+    after = mass_g + 200.0 - second["removed_mass_g"]
+    assert f"Crank mass {after:.2f} g, before correction {mass_g:.2f} g" in first_stage
+
+
 def test_above_tolerance_the_sheet_is_one_page_that_says_what_to_do() -> None:
     reason = "the residual of plane A is 9.00 g·mm; limited by the wall of 4.5 mm; add 70.0 g·mm of metal"
     report = plans.plan(4) | {"outcome": "above_tolerance", "reason": reason, "relaxations": []}

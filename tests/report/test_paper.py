@@ -205,7 +205,7 @@ def pages_of(report: dict[str, Any], **options: Any) -> list[str]:
 def beside(pages: list[str], number: int) -> str:
     """Return what stands beside the drawing of a cut, until the next one."""
     text = "\n".join(pages[1:])
-    found = re.search(rf"^cut {number}\b(.*?)(?=^cuts? |\Z)", text, re.MULTILINE | re.DOTALL)
+    found = re.search(rf"^(?:cut|pad) {number}\b(.*?)(?=^(?:cuts?|pad) |\Z)", text, re.MULTILINE | re.DOTALL)
     assert found is not None
     return found.group(1)
 

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from pypdf import PdfReader
 
 import autobalance as ab
 from tests import mixed_kinds
+from tests.web_app import small
 
 ROUNDING = 1e-9
 
@@ -67,3 +70,28 @@ def test_verify_refuses_a_place_that_does_not_agree(written: Path, key: str, tmp
     spoilt.write_text(json.dumps(values), encoding="utf-8")
     with pytest.raises(ab.AutobalanceError, match=r"corrections\[\d+\]"):
         ab.verify(spoilt)
+
+
+def test_a_pad_is_added_with_a_height_under_its_own_heading_wherever_it_is_shown(tmp_path: Path) -> None:
+    small.crank(tmp_path)
+    limits = {"method": "add"}
+    job = small.job(balance={"factor": 0.9, "grade": 16.0, "speed_rpm": 6000.0}, correction=limits)
+    result = ab.balance(ab.Job.from_dict(job, folder=tmp_path))
+    pads = result.report["corrections"]
+    assert [pad["depth_mm"] < 0.0 for pad in pads] == [True, True]
+    height, mass = f"{-pads[0]['depth_mm']:.3f}", f"{-pads[0]['removed_mass_g']:.2f}"
+    lines = [" ".join(line.split()) for line in result.text().splitlines()]
+    assert "Metal to add web angle height metal on radius z" in lines
+    assert not any(line.startswith("Cuts to make") for line in lines)
+    assert any("2 pads of 4.09 mm" in line and "261.15 g added" in line for line in lines)
+    result.write(tmp_path / "out", only=("pdf", "html"))
+    words = "\n".join(each.extract_text() for each in PdfReader(tmp_path / "out" / "sheet.pdf").pages)
+    assert "Metal to add: 2 pads" in words
+    assert "Cuts: 2" not in words
+    row = next(line.split() for line in words.splitlines() if line.split()[:2] == ["1", "Pad"])
+    assert (row[-2], row[-1]) == (height, mass)
+    page = (tmp_path / "out" / "report.html").read_text("utf-8")
+    assert "What was added: 2 pads" in page
+    table = page.partition('aria-label="Added metal"')[2].partition("</table>")[0]
+    assert f"<td>{height}</td><td>{mass}</td>" in table
+    assert "−" not in re.sub(r"<small>.*?</small>", "", table)

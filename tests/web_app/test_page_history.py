@@ -1,6 +1,8 @@
 """History: cranks and their results, a deleted one had back, two side by side; steps back through the job."""
 
+import time
 import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -45,7 +47,7 @@ def test_results_stand_under_their_crank_and_any_two_side_by_side(window: Browse
     had_back(page, app, runs)
 
 
-def test_a_crank_has_the_name_that_its_user_gives_it(page: Browser, project: Served) -> None:
+def test_a_crank_has_the_name_that_its_user_gives_it(page: Browser, project: Served, tmp_path: Path) -> None:
     def named(name: str) -> None:
         page.click_on(at("tab-open"))
         put(page, crank_called=name)
@@ -58,6 +60,14 @@ def test_a_crank_has_the_name_that_its_user_gives_it(page: Browser, project: Ser
     page.click_on(at("tab-see"))
     saved = "return [...document.querySelectorAll('#downloads a[download]')].map(each => each.download)"
     assert all(name.startswith("V8- 001-") for name in page.run(saved))
+    allowed = {"behavior": "allow", "downloadPath": str(tmp_path)}
+    page.call("POST", "/goog/cdp/execute", {"cmd": "Browser.setDownloadBehavior", "params": allowed})
+    for name in ("sheet.pdf", "certificate.pdf", "report.json"):  # the server's name, which a browser prefers
+        page.run("document.querySelector(`#downloads a[data-file='${arguments[0]}']`).click()", name)
+        end = time.monotonic() + 20.0
+        while not (tmp_path / f"V8- 001-{name}").exists():
+            assert time.monotonic() < end, sorted(path.name for path in tmp_path.iterdir())
+            time.sleep(0.05)
     page.click_on(at("tab-history"))
     title = "return document.querySelector('[data-testid=history-crank] h3').textContent"
     assert page.run(title) == "V8: 001 open now"
@@ -130,3 +140,44 @@ def test_the_job_is_taken_back_step_by_step(page: Browser, project: Served) -> N
         found = tomllib.loads(job_text(page, f"factor = {factor}"))["balance"]
         assert found == {**small.DRILLED["balance"], "factor": float(factor)}
         assert page.run("return document.getElementById('factor').value") == factor
+
+
+def test_a_result_is_current_or_earlier_by_the_job_of_its_own_crank(window: Browser, app: Served) -> None:
+    page, tables = window, {**small.DRILLED["crankshaft"], "file": "apart.stl"}
+    if app.project.joinpath("apart.stl").exists() is False:
+        app.ask("/api/files?name=apart.stl", small.crank(app.project.parent).read_bytes())
+    mine, other = {**small.DRILLED, "crankshaft": tables}, "beside-it.stl"
+    run = small.ran(app, "balance", mine)
+    app.ask("/api/job", mine, "PUT")
+    app.ask(f"/api/files?name={other}", small.crank(app.project.parent).read_bytes())
+
+    def shown() -> tuple[str, str]:
+        load(page, app)
+        page.click_on(at("tab-history"))
+        row = "document.querySelector(`tr[data-run='${arguments[0]}'] .badge`)"
+        until(page, f"return {row} !== null", run)
+        found: list[str] = page.run(f"return [{row}.dataset.tone, {row}.textContent]", run)
+        return found[0], found[1]
+
+    current = shown()
+    assert current[0] in ("good", "warn")
+    assert app.ask("/api/open", {"file": other}).status == 200
+    assert app.ask(f"/api/runs/{run}").json["job_changed"] is False
+    assert shown() == current  # though the crank that is open has another job
+    assert app.ask("/api/open", {"file": "apart.stl"}).status == 200
+    app.ask("/api/job", {**mine, "balance": {**mine["balance"], "factor": 0.31}}, "PUT")
+    assert app.ask("/api/open", {"file": other}).status == 200
+    tone, words = shown()
+    assert tone == "stale"
+    assert words.startswith("Earlier result")
+
+
+def test_the_job_of_a_crank_is_kept_whatever_is_opened_after_it(app: Served) -> None:
+    if not (app.project / "kept.stl").exists():
+        app.ask("/api/files?name=kept.stl", small.crank(app.project.parent).read_bytes())
+    mine = {**small.DRILLED, "crankshaft": {**small.DRILLED["crankshaft"], "file": "kept.stl"}}
+    app.ask("/api/job", mine, "PUT")
+    assert app.ask("/api/example", {"preset": None}).status == 200  # comes with a job of its own
+    assert app.ask("/api/project").json["job"]["crankshaft"]["file"] != "kept.stl"
+    app.ask("/api/open", {"file": "kept.stl"})
+    assert app.ask("/api/project").json["job"] == mine

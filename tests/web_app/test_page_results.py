@@ -200,7 +200,7 @@ def test_the_list_of_cuts_says_where_and_turns_the_view_to_each(page: Browser, p
     for place, cut in enumerate(made):
         cells, away, selected = page.run(where, place)
         assert cells[0] == str(cut["number"])
-        where_it_is = f"Hole⌀{cut['diameter_mm']:.2f}, z {cut['z_mm']:.2f}"
+        where_it_is = f"Drilled hole⌀{cut['diameter_mm']:.2f}, z {cut['z_mm']:.2f}"
         assert cells[1].partition("✓")[0] == where_it_is.replace(
             "-", "\u2212"
         )  # with its tick, once it is cut
@@ -425,7 +425,7 @@ def test_cuts_stand_by_set_up_and_web_and_each_web_is_drawn_as_on_the_sheet(
     assert sorted(number for *_, numbers in groups for number in numbers) == sorted(made)
     for side, web, own in groups:
         assert {str(made[number]["web"]) for number in own} == {web}
-        assert side == "rim"
+        assert side == "R"
     page.click_on(at("view-webs"))
     drawn = until(
         page,

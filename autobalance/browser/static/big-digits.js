@@ -4,8 +4,8 @@ import { emit, on, state } from "/static/job.js";
 import { shown } from "/static/tools.js";
 import { askJson, behind, guarded } from "/static/server.js";
 import { Heavy, Plane, big, missing, read, recut } from "/static/machine.js";
-import { kindWords } from "/static/kind-cards.js";
-import { doneAt, enteredFrom } from "/static/cuts.js";
+import { nounOf } from "/static/kind-cards.js";
+import { doneAt, enteredFrom, isAdded } from "/static/cuts.js";
 import { redraw } from "/static/store.js";
 import { angleText, sign, zeroWords } from "/static/zero.js";
 import { unitOf } from "/static/units.js";
@@ -57,6 +57,6 @@ export function BigDigits() {
 }
 
 function Cut({ cut, count, place }) {
-  const figures = [[t("angle"), html`${angleText(cut.angle_deg)}<small class="ref"> ${sign()}</small>`], [t("depth"), `${shown(cut.depth_mm, 2, "mm")} ${unitOf("mm")}`], ["⌀", cut.diameter_mm ? `${shown(cut.diameter_mm, 2, "mm")} ${unitOf("mm")}` : "–"], ["z", `${shown(cut.z_mm, 1, "mm")} ${unitOf("mm")}`]];
-  return html`<div class="big-cut" data-cut=${String(cut.number)}><p>${t("Cut {number}, {place} of {count}", { number: cut.number, place, count })}: ${kindWords(cut.kind)}, ${t("web")} ${cut.web ?? "–"}, ${enteredFrom(cut)}${state.ticks[cut.number] ? html` <strong data-tone="good">${doneAt(cut)}</strong>` : ""}</p><dl>${figures.map(([name, value]) => html`<dt>${name}</dt><dd>${value}</dd>`)}</dl><p>${zeroWords()}</p></div>`;
+  const figures = [[t("angle"), html`${angleText(cut.angle_deg)}<small class="ref"> ${sign()}</small>`], [isAdded(cut) ? t("height") : t("depth"), `${shown(Math.abs(cut.depth_mm), 2, "mm")} ${unitOf("mm")}`], ["⌀", cut.diameter_mm ? `${shown(cut.diameter_mm, 2, "mm")} ${unitOf("mm")}` : "–"], ["z", `${shown(cut.z_mm, 1, "mm")} ${unitOf("mm")}`]];
+  return html`<div class="big-cut" data-cut=${String(cut.number)}><p>${t("Cut {number}, {place} of {count}", { number: cut.number, place, count })}: ${nounOf(cut.kind)}, ${t("web")} ${cut.web ?? "–"}, ${enteredFrom(cut)}${state.ticks[cut.number] ? html` <strong data-tone="good">${doneAt(cut)}</strong>` : ""}</p><dl>${figures.map(([name, value]) => html`<dt>${name}</dt><dd>${value}</dd>`)}</dl><p>${zeroWords()}</p></div>`;
 }

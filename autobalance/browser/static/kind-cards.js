@@ -19,8 +19,9 @@ const PICTURES = {
 const NAMES = { shoulder: "Shoulder", turn: "Turn", drill: "Drill", slug: "Slug", add: "Add", mill: "Mill" };
 // What a kind does, where its noun would only repeat its name.
 const MEANS = { shoulder: "Face milled off the web", slug: "Heavy metal in a bore" };
-// What a shop calls a kind.
+// What a shop calls a kind, and one of its cuts: the noun that all papers have.
 export const kindWords = (name) => t(NAMES[name] || name);
+export const nounOf = (name) => t(kinds.of(name)?.noun || name);
 const ONTO = { add: "on" };
 const MANY = { drill: "holes: {count}", slug: "slugs: {count}", mill: "pockets: {count}", add: "pads: {count}" };
 export const manyWords = (kind, count) => t(MANY[kind] || "cuts: {count}", { count });

@@ -60,7 +60,7 @@ export async function show(told) {
   if (mine !== showing || !isOfThis(told)) return;
   clear("");
   const [left] = await Promise.all([drag.show(told), model(told.id)]);
-  state.result = { id: told.id, report, told, papers: left?.papers || [], radii: left?.radii_mm || [] };
+  state.result = { id: told.id, report, told, papers: left?.papers || [], radii: left?.radii_mm || [], setups: left?.setups || [] };
   drag.grips();
   if (report.corrections.length) view.turnTo(middle(report.corrections.map(outOf)), [0.15, 0.45, 0.7]);
   emit("result", state.result);
@@ -81,7 +81,7 @@ async function model(id) {
 }
 
 // The job that made this result, as a file.
-const saveJob = guarded(async () => save(`${asFileName(crankName(state.result.told?.crank))}-job.toml`, await askText(`/api/runs/${state.result.id}/job`)));
+const saveJob = guarded(async () => save(savedName(state.result.told, "job.toml"), await askText(`/api/runs/${state.result.id}/job`)));
 function save(name, text) {
   const url = URL.createObjectURL(new Blob([text], { type: "application/toml" }));
   Object.assign(document.createElement("a"), { href: url, download: name }).click();
@@ -116,11 +116,14 @@ function Remedies() {
 
 const PAPERS = [["For the machinist", ["sheet.pdf", "holes.csv", "drawing.dxf"]], ["For the balancing machine", ["bob-weights.pdf", "reading.toml"]], ["For the customer", ["certificate.pdf", "report.html", "history.html", "crank-before.png", "crank-after.png"]]];
 
+// The name of a saved file, as the server gives it too: of its crank, from the second stage on its stage.
+const savedName = (told, name) => [asFileName(crankName(told?.crank)), told?.stage > 1 ? `stage-${told.stage}` : "", name].filter(Boolean).join("-");
+
 // Files by who needs them; each is saved under a name that starts with the crank's.
 function Files() {
-  const { id, report, told, papers = [] } = state.result || {}, solid = report?.outputs.solid?.file, crank = asFileName(crankName(told?.crank));
+  const { id, report, told, papers = [] } = state.result || {}, solid = report?.outputs.solid?.file;
   if (!report) return "";
-  const link = (name, words, more = {}) => html`<a href=${`/api/runs/${id}/${more.room || "files"}/${encodeURIComponent(name)}`} download=${crank ? `${crank}-${name}` : name} data-file=${name} id=${more.id} data-testid=${more.id}>${t(words)}</a>${name.endsWith(".pdf") ? html` <a class="print" target="_blank" data-print=${name} href=${`/api/runs/${id}/${more.room || "files"}/${name}?show`} aria-label=${`${t("Print")}: ${t(words)}`}>${t("Print")}</a>` : ""} `;
+  const link = (name, words, more = {}) => html`<a href=${`/api/runs/${id}/${more.room || "files"}/${encodeURIComponent(name)}`} download=${savedName(told, name)} data-file=${name} id=${more.id} data-testid=${more.id}>${t(words)}</a>${name.endsWith(".pdf") ? html` <a class="print" target="_blank" data-print=${name} href=${`/api/runs/${id}/${more.room || "files"}/${name}?show`} aria-label=${`${t("Print")}: ${t(words)}`}>${t("Print")}</a>` : ""} `;
   const files = (told?.files || []).filter((name) => name !== "report.json" && name !== solid), grouped = PAPERS.flatMap(([, names]) => names);
   const known = (name) => (files.includes(name) ? link(name, FILES[name] || name) : papers.includes(name) ? link(name, FILES[name] || name, { room: "papers" }) : "");
   const others = [...files, ...papers].filter((name) => !grouped.includes(name));

@@ -14,7 +14,8 @@ export function judged() {
 export function judgement(report, told) {
   const isAbove = report.outcome === "above_tolerance", isUnproven = !isAbove && report.proven === false;
   const tone = told?.job_changed ? "stale" : isAbove ? "bad" : isUnproven ? "warn" : "good";
-  const words = isUnproven ? t("Within, not proven") : t(OUTCOMES[report.outcome]);
+  const isLater = report.outcome === "already_within_tolerance" && report.stages?.length > 0; // earlier stages were cut
+  const words = isUnproven ? t("Within, not proven") : t(OUTCOMES[isLater ? "within_tolerance" : report.outcome]);
   return { tone, words: tone === "stale" ? t("Earlier result: {verdict}", { verdict: words.toLocaleLowerCase() }) : words, says: sentence(report), why: isUnproven ? t("Residual and uncertainty together exceed the permissible unbalance.") : "", changes: tone === "stale" ? told.changes : [] };
 }
 

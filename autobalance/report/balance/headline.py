@@ -9,10 +9,10 @@ from itertools import groupby
 from typing import Any
 
 from autobalance.quantities import Text, g, joined, said
-from autobalance.report.balance.kinds import verb
+from autobalance.report.balance.kinds import adds_metal, apart, verb
 from autobalance.report.display_units import DisplayUnits, in_units
 from autobalance.types import Values
-from autobalance.wording import is_unproven, listed_numbers, worst_judged
+from autobalance.wording import is_unproven, listed_numbers, outcome_of, worst_judged
 
 # Settings of ``--set`` that would reach the tolerance, as lines for people.
 
@@ -65,7 +65,7 @@ def why(report: Values, units: DisplayUnits) -> list[str]:
 def _verdict(report: Values) -> str:
     if report["outcome"] == "above_tolerance":
         return OUTCOMES["above_tolerance"]
-    return OUTCOMES[report["outcome"]] + (", NOT PROVEN" if is_unproven(report) else ", proven")
+    return OUTCOMES[outcome_of(report)] + (", NOT PROVEN" if is_unproven(report) else ", proven")
 
 
 def _to_do(report: Values, units: DisplayUnits) -> str:
@@ -101,9 +101,10 @@ def _cuts(corrections: Sequence[Values], units: DisplayUnits) -> str:
     """Return the cuts in a few words: tool, webs, number, depths, and the metal that they take."""
     kinds = groupby(sorted(corrections, key=_tool), key=_tool)
     words = ", ".join(_cuts_alike(list(alike), units) for _, alike in kinds)
-    metal = sum(each["removed_mass_g"] for each in corrections)
-    on = "" if metal >= 0.0 else " added"
-    return f"{words} ({units.of_mass(abs(metal))}{on})" if words else ""
+    off, on = (sum(each["removed_mass_g"] for each in some) for some in apart(corrections))
+    amounts = [f"{units.of_mass(abs(off))}{' added' * (off < 0.0)}"] if off else []
+    amounts += [f"{units.of_mass(abs(on))} added"] if on else []
+    return f"{words} ({', '.join(amounts)})" if words else ""
 
 
 def _tool(correction: Values) -> tuple[str, float]:
@@ -118,7 +119,8 @@ def _cuts_alike(alike: Sequence[Values], units: DisplayUnits) -> str:
     depths = sorted(abs(each["depth_mm"]) for each in alike)
     first, last = units.of_size(depths[0]), units.of_size(depths[-1])
     depth = first if first == last else f"{first.partition(' ')[0]} to {last}"
-    count = f", {len(alike)} cuts of {depth}" if len(alike) > 1 else f", {depth}"
+    noun = "pads" if adds_metal(alike[0]) else "cuts"
+    count = f", {len(alike)} {noun} of {depth}" if len(alike) > 1 else f", {depth}"
     return f"{verb(alike[0])}{tool}{place}{count}"
 
 

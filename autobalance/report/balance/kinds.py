@@ -26,6 +26,18 @@ def adds_metal(item: Item) -> bool:
     return KINDS[item["kind"]].adds_metal
 
 
+def apart(items: Iterable[Item]) -> tuple[list[Any], list[Any]]:
+    """Return the cuts, and the pads: metal that is put on has a height."""
+    every = list(items)
+    return [each for each in every if not adds_metal(each)], [each for each in every if adds_metal(each)]
+
+
+def counted(items: Iterable[Item]) -> str:
+    """Return the numbers of cuts and pads, as far as there are any: ``2 cuts, 1 pad``."""
+    numbers = zip(map(len, apart(items)), ("cut", "pad"), strict=True)
+    return ", ".join(f"{count} {name}{'s' * (count > 1)}" for count, name in numbers if count)
+
+
 def size(item: Item) -> str:
     """Return the sizes that the machinist sets besides the depth."""
     return KINDS[item["kind"]].size(item)
@@ -56,7 +68,10 @@ def datums(items: Iterable[Item]) -> list[str]:
     """Return the datums of the corrections' depths, a line for each kind."""
     every = list(items)
     kinds = dict.fromkeys(item["kind"] for item in every)
-    lines = [f"{KINDS[kind].noun}: depth from {KINDS[kind].datum}." for kind in kinds]
+    kinds_made = [KINDS[kind] for kind in kinds]
+    lines = [
+        f"{kind.noun}: {'height' if kind.adds_metal else 'depth'} from {kind.datum}." for kind in kinds_made
+    ]
     if any(item.get("deepened_from_mm") for item in every):
         lines.append("A hole that is there already: depth from where its full diameter ended.")
     return lines

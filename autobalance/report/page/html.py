@@ -103,7 +103,7 @@ def page(
             sections=[section(key).page(found) for key, found in sections_in(report)],
             external_words=external_words(report) if report.get("external") else "",
             size=lambda vector: math.hypot(*vector),
-            corrections=list(_corrections(report, zero)),
+            **_corrections(report, zero),
             depths_mm=sorted(abs(item["depth_mm"]) for item in report["corrections"]),
             remarks=remarks(report),
             turning=turning_words(report),
@@ -165,11 +165,23 @@ def _inputs(report: Report) -> dict[str, Any]:
     }
 
 
-def _corrections(report: Report, zero: Zero) -> Iterator[dict[str, Any]]:
-    """Yield the row of each cut in the table of cuts."""
-    for item in report["corrections"]:
+def _corrections(report: Report, zero: Zero) -> dict[str, Any]:
+    """Return the words of what was done, and the rows of the cuts and of the pads."""
+    rows = list(_rows(report, zero))
+    cuts, pads = ([row for row in rows if row["adds"] is adds] for adds in (False, True))
+    made = "cut and added" if cuts and pads else "added" if pads else "cut"
+    counted = kinds.counted(report["corrections"])
+    return {"cuts": cuts, "pads": pads, "done": f"What was {made}: {counted}" if rows else "Nothing was cut"}
+
+
+def _rows(report: Report, zero: Zero) -> Iterator[dict[str, Any]]:
+    for place, item in enumerate(report["corrections"]):
         size = in_units(kinds.size(item), PAGE_UNITS.get())
         yield {
+            "place": place,
+            "adds": kinds.adds_metal(item),
+            "height_mm": abs(item["depth_mm"]),
+            "added_g": abs(item["removed_mass_g"]),
             "number": item["number"],
             "noun": kinds.noun(item),
             "details": ", ".join(part for part in (kinds.place(zero.counted(item)), size) if part),
