@@ -12,11 +12,13 @@ import numpy as np
 
 from autobalance.errors import FormatError
 from autobalance.paper.drawing import MIN_AXIAL_COMPONENT, Drawings, WebDrawing, webs_cut
+from autobalance.report.balance import kinds
 from autobalance.report.balance.datums import with_design_radii
+from autobalance.report.balance.zero import Zero, ZeroChoice
 from autobalance.report.display_units import ON_PAPER, DisplayUnits, UnitSystem
 from autobalance.solid.csg.region import Polygons
 from autobalance.types import Item
-from autobalance.wording import file_name
+from autobalance.wording import degrees, file_name
 
 if TYPE_CHECKING:
     from ezdxf.document import Drawing
@@ -28,6 +30,8 @@ MILLIMETRES = 4
 LAYERS = {"OUTLINE": 7, "CUTS": 1, "CENTRE": 5, "DIMENSIONS": 3, "TEXT": 7, "FRAME": 8}
 """Layer → colour index."""
 TEXT_MM = 2.5
+LINE_STEP = 1.4
+"""Distance of two lines of text, in heights of the text."""
 GAP_MM = 30.0
 FRAME_GAP_MM = 10.0
 CENTRE_TYPE = "CENTER"
@@ -49,10 +53,16 @@ def require_ezdxf() -> None:
         ) from None
 
 
-def dxf(report: Mapping[str, Any], drawings: Drawings, units: UnitSystem = "metric") -> bytes:
+def dxf(
+    report: Mapping[str, Any],
+    drawings: Drawings,
+    units: UnitSystem = "metric",
+    zero: ZeroChoice = "keyway",
+) -> bytes:
     """Return the drawing as a DXF file of release 2013; the same input gives the same bytes.
 
-    Coordinates are millimetres, as in its header; with ``inch`` its dimensions are written in inches.
+    Coordinates are millimetres, as in its header; with ``inch`` its dimensions are written in inches. Webs
+    are in the rotor's x and y; the angle that is written at each cut counts from ``zero``, as on the sheet.
 
     Raises
     ------
@@ -61,7 +71,8 @@ def dxf(report: Mapping[str, Any], drawings: Drawings, units: UnitSystem = "metr
     """
     require_ezdxf()
     with _untimed():
-        return _bytes(_document(with_design_radii(report), drawings, ON_PAPER[units]))
+        shown = with_design_radii(report)
+        return _bytes(_document(shown, drawings, ON_PAPER[units], Zero.of(shown, zero)))
 
 
 @contextmanager
@@ -77,7 +88,7 @@ def _untimed() -> Iterator[None]:
         options.write_fixed_meta_data_for_testing = before
 
 
-def _document(report: Mapping[str, Any], drawings: Drawings, u: DisplayUnits) -> Drawing:
+def _document(report: Mapping[str, Any], drawings: Drawings, u: DisplayUnits, zero: Zero) -> Drawing:
     from ezdxf.filemanagement import new
 
     document = new(VERSION, setup=True)
@@ -90,9 +101,9 @@ def _document(report: Mapping[str, Any], drawings: Drawings, u: DisplayUnits) ->
     for web in drawings.webs:
         items = [item for item in report["corrections"] if web.number in webs_cut(item)]
         name = f"WEB_{web.number}"
-        _web(document.blocks.new(name), web, items)
+        _web(document.blocks.new(name), web, items, zero)
         shown = [*web.outline, *(each for cuts in web.cuts.values() for each in cuts)]
-        title = f"{file_name(report)}: web {web.number} seen from +z, x to the right"
+        title = f"{file_name(report)}: web {web.number} seen from +z, x to the right, angles ccw from {zero.name}"
         left = _placed(space, name, shown, title, left, u)
     _section(document.blocks.new("SECTION"), drawings)
     shown = [*drawings.lengthwise, *(each for cuts in drawings.lengthwise_cuts.values() for each in cuts)]
@@ -100,7 +111,7 @@ def _document(report: Mapping[str, Any], drawings: Drawings, u: DisplayUnits) ->
     left = _placed(space, "SECTION", shown, title, left, u)
     radial = [item for item in report["corrections"] if _is_radial(item)]
     if radial:
-        _rim(space, report, radial, left, u)
+        _rim(space, report, radial, left, u, zero)
     return document
 
 
@@ -112,7 +123,12 @@ def _is_radial(item: Item) -> bool:
 
 
 def _rim(
-    space: Modelspace, report: Mapping[str, Any], items: Sequence[Item], left: float, u: DisplayUnits
+    space: Modelspace,
+    report: Mapping[str, Any],
+    items: Sequence[Item],
+    left: float,
+    u: DisplayUnits,
+    zero: Zero,
 ) -> None:
     """Draw radial holes on the rim rolled out, x = radius · angle, y = z, beside the other drawings."""
     radius = max(float(item["entry_radius_mm"]) for item in items)
@@ -124,14 +140,15 @@ def _rim(
         corners = [(0.0, ends[0]), (length, ends[0]), (length, ends[1]), (0.0, ends[1])]
         _outlines(space, [np.array(corners) + np.array([start, 0.0])], "OUTLINE")
     for item in items:
-        place = (start + math.radians(float(item["angle_deg"]) % 360.0) * radius, float(item["z_mm"]))
+        turn = math.radians(zero.ccw(float(item["angle_deg"])))
+        place = (start + turn * radius, float(item["z_mm"]))
         half = 0.5 * float(item["diameter_mm"])
         space.add_circle(place, half, dxfattribs={"layer": "CUTS"})
         _text(space, str(item["number"]), (place[0] + half + 0.6, place[1]))
     bottom, top, right = low - FRAME_GAP_MM, high + 14.0, start + length + FRAME_GAP_MM
     frame = np.array([(left, bottom), (right, bottom), (right, top), (left, top)])
     _outlines(space, [frame], "FRAME")
-    title = f"{file_name(report)}: rim rolled out at radius {u.of_length(radius)}, ccw from crankpin 1, z up"
+    title = f"{file_name(report)}: rim rolled out at radius {u.of_length(radius)}, ccw from {zero.name}, z up"
     _text(space, title, (left + 3.0, high + 9.0))
 
 
@@ -141,17 +158,21 @@ def _bytes(document: Drawing) -> bytes:
     return stream.getvalue().encode("utf-8", "replace")
 
 
-def _web(block: BlockLayout, web: WebDrawing, items: Sequence[Item]) -> None:
-    """Draw a web in the rotor's x and y."""
+def _web(block: BlockLayout, web: WebDrawing, items: Sequence[Item], zero: Zero) -> None:
+    """Draw a web in the rotor's x and y, with the direction of the zero."""
     _outlines(block, web.outline, "OUTLINE")
     reach = max((float(np.abs(polygon).max()) for polygon in web.outline), default=10.0) + 5.0
     for start, end in (((-reach, 0.0), (reach, 0.0)), ((0.0, -reach), (0.0, reach))):
         block.add_line(start, end, dxfattribs={"layer": "CENTRE"})
+    way = np.array([math.cos(math.radians(zero.angle_deg)), math.sin(math.radians(zero.angle_deg))])
+    if zero.angle_deg != 0.0:  # else it is the line of x
+        block.add_line((0.0, 0.0), tuple(reach * way), dxfattribs={"layer": "CENTRE"})
+    _text(block, f"0° {zero.sign}", tuple((reach + 1.0) * way))
     for item in items:
-        _cut(block, item, web.cuts.get(item["number"], []))
+        _cut(block, item, web.cuts.get(item["number"], []), zero)
 
 
-def _cut(block: BlockLayout, item: Item, shadow: Polygons) -> None:
+def _cut(block: BlockLayout, item: Item, shadow: Polygons, zero: Zero) -> None:
     place = np.array(item["position_mm"][:2], dtype=np.float64)
     inward = item.get("inward")
     if inward is None:
@@ -165,6 +186,10 @@ def _cut(block: BlockLayout, item: Item, shadow: Polygons) -> None:
         end = place + float(item["depth_mm"]) * np.array(inward[:2], dtype=np.float64)
         block.add_line(tuple(place), tuple(end), dxfattribs={"layer": "CENTRE"})
     _text(block, str(item["number"]), tuple(place + 0.6))
+    angle = kinds.angle_deg(item)
+    if angle is not None:
+        below = place + (0.6, 0.6 - LINE_STEP * TEXT_MM)
+        _text(block, f"{degrees(zero.ccw(angle))} {zero.sign}", tuple(below))
 
 
 def _section(block: BlockLayout, drawings: Drawings) -> None:

@@ -62,7 +62,7 @@ def _require_ezdxf() -> None:
 def _drawing(material: Material) -> dict[str, bytes]:
     from autobalance.paper.dxf import dxf
 
-    return {"dxf": dxf(material.report, material.drawings, material.choice.units)}
+    return {"dxf": dxf(material.report, material.drawings, material.choice.units, material.choice.zero)}
 
 
 SHEET = OutputKind("pdf", {"pdf": "sheet.pdf"}, _sheet, is_paper=True)

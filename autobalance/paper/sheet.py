@@ -439,7 +439,7 @@ ANGLE_DIGITS, LENGTH_DIGITS, MASS_DIGITS = 4, 5, 4
 
 
 def hole_list(report: Report, units: UnitSystem = "metric") -> bytes:
-    """Return a row for each cut; angles count from crankpin 1, and from a keyway in separate columns.
+    """Return a row for each cut; angles count from a keyway if there is one, then from crankpin 1.
 
     Lengths and masses are in the units that the names of their columns end with.
     """
@@ -448,7 +448,7 @@ def hole_list(report: Report, units: UnitSystem = "metric") -> bytes:
     datum = angle_datum(report)
     key = datum["angle_deg"] if datum is not None and datum["of"] == "keyway" else None
     of_key = [] if key is None else ["keyway_ccw_deg", "keyway_cw_deg"]
-    heads = ["number", "setup", "kind", "web", "side", "angle_ccw_deg", "angle_cw_deg", *of_key]
+    heads = ["number", "setup", "kind", "web", "side", *of_key, "angle_ccw_deg", "angle_cw_deg"]
     heads += [f"{name}_{mm}" for name in ("radius", "x", "y", "z", "diameter", "depth", "point")]
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
@@ -457,7 +457,7 @@ def hole_list(report: Report, units: UnitSystem = "metric") -> bytes:
         ccw, point = kinds.angle_deg(item), item.get("point_mm")
         angles = [ccw, None if ccw is None else -ccw]
         if key is not None:
-            angles += [None, None] if ccw is None else [ccw - key, key - ccw]
+            angles = [*([None, None] if ccw is None else [ccw - key, key - ccw]), *angles]
         depth = abs(float(item["depth_mm"]))
         lengths = [item.get("entry_radius_mm", item["radius_mm"]), *item["position_mm"]]
         lengths += [item.get("diameter_mm"), depth, point, depth + float(point or 0.0)]

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import ezdxf
 import pytest
 from pypdf import PdfReader
 
@@ -40,6 +41,10 @@ return texts.filter(each => each.textContent.trim() && !each.children.length).ma
   return [each.textContent.slice(0, 30), (Math.max(ink, ground) + 0.05) / (Math.min(ink, ground) + 0.05)];
 }).filter(each => each[1] < 7);
 """
+
+
+def kinds_of(app: Served) -> dict[str, Any]:
+    return {each["name"]: each for each in app.ask("/api/kinds").json["kinds"]}
 
 
 @pytest.fixture(scope="module")
@@ -87,12 +92,39 @@ def test_a_hole_has_the_same_angle_on_the_page_and_on_every_paper(shown: Browser
     holes = paper("holes.csv").decode("utf-8-sig").splitlines()
     assert any(number in each for each in holes)
     assert angle in paper("report.html").decode()
+    drawing = ezdxf.read(io.StringIO(paper("drawing.dxf").decode("utf-8")))  # type: ignore[attr-defined]
+    texts = [each.dxf.text for each in drawing.blocks[f"WEB_{cut['web']}"].query("TEXT")]
+    assert {"1", f"{angle} K", "0° K"} <= set(texts)
+    titles = [each.dxf.text for each in drawing.modelspace().query("TEXT")]
+    assert all("ccw from keyway K" in each for each in titles if "web" in each or "rim" in each)
     heavy = f"{(report['initial']['angle_deg'] - zero) % 360:.1f}°"
     certificate = " ".join(
         page.extract_text() for page in PdfReader(io.BytesIO(paper("certificate.pdf"))).pages
     )
     assert heavy in certificate
     assert "keyway" in certificate
+    screen = ab.balance(ab.Job.from_dict(JOB, folder=keyed.project)).text()
+    (listed,) = [each.split() for each in screen.splitlines() if each.split()[:2] == ["1.", "drill"]]
+    assert angle in listed
+    assert "from keyway K" in screen
+    # one radius, of the entry on the rim's own circle, and one letter of the set-up
+    header, first = (each.split(",") for each in holes[:2])
+    of_csv = dict(zip(header, first, strict=True))
+    assert float(of_csv["keyway_ccw_deg"]) == pytest.approx(float(number), abs=0.05)
+    radius = f"{float(of_csv['radius_mm']):.2f}"
+    assert row[3] == radius
+    assert radius in line.split()
+    assert radius in listed
+    group = shown.run("return document.querySelector('#cuts tbody').dataset.setup")
+    assert group == of_csv["setup"]
+    assert f"Set-up {group} for" in text
+    assert shown.run("return document.querySelector('#cuts tr.group th').textContent").startswith(
+        f"Set-up {group}: from the rim"
+    )
+    noun = kinds_of(keyed)["drill"]["noun"]
+    assert shown.run("return document.querySelector('#cuts tr.turns .words').textContent").startswith(noun)
+    assert noun in line
+    assert noun in paper("report.html").decode()
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
