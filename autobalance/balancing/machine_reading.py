@@ -12,6 +12,7 @@ import numpy as np
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Budget, Places, Share, Unbalance
 from autobalance.types import Array
+from autobalance.units import G_MM_PER
 from autobalance.value_classes import dataclass
 
 # A balancing machine's reading, as judged: rotor frame, parts not fitted included; its uncertainty.
@@ -170,6 +171,8 @@ FITTED_CAUSES = ("turned", "scaled", "bob_weights")
 MAX_LEFT = 0.25
 """Share of the difference that a suspect leaves at most."""
 LEAST_FACTOR = 1.5
+SAME_UNIT = 0.1
+"""Logarithm of the difference up to which a factor is that of a unit: a reading is some 10 % off at most."""
 SHARE_OF_CUTS = 0.1
 """Share by which the effect of the cuts may differ from the model."""
 MAX_DIFFERENCE_SIGMAS = 2.0
@@ -318,7 +321,29 @@ def _scaled(compared: Comparison, both: bool) -> Iterator[tuple[Cause, float, st
     factor = float(np.vdot(x, y).real) / square if square > 0.0 else 0.0
     if factor > LEAST_FACTOR or 0.0 < factor < 1.0 / LEAST_FACTOR:
         left = float(np.linalg.norm(factor * x - y))
-        yield "scaled", left, f"all amounts are {1.0 / factor:.4g} times what they should be: another unit"
+        yield (
+            "scaled",
+            left,
+            f"all amounts are {1.0 / factor:.4g} times what they should be{_unit_of(factor)}",
+        )
+
+
+def _unit_of(factor: float) -> str:
+    """Return which mistake of units makes amounts too small by a factor, or too large; empty if none does.
+
+    Examples
+    --------
+    >>> _unit_of(25.4), _unit_of(1.0 / 720.1)
+    (', as if g·in were entered as g·mm', ', as if g·mm were entered as oz·in')
+    """
+    for unit, g_mm in G_MM_PER.items():
+        if g_mm > LEAST_FACTOR and abs(math.log(factor / g_mm)) < SAME_UNIT:
+            return f", as if {unit} were entered as g·mm"
+        if g_mm > LEAST_FACTOR and abs(math.log(factor * g_mm)) < SAME_UNIT:
+            return f", as if g·mm were entered as {unit}"
+    return (
+        f", as if grams at a radius of {factor:.3g} mm were entered as g·mm" if factor > LEAST_FACTOR else ""
+    )
 
 
 def _bob_weights(compared: Comparison) -> Iterator[tuple[Cause, float, str]]:

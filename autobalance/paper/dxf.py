@@ -103,7 +103,9 @@ def _document(report: Mapping[str, Any], drawings: Drawings, u: DisplayUnits, ze
         name = f"WEB_{web.number}"
         _web(document.blocks.new(name), web, items, zero)
         shown = [*web.outline, *(each for cuts in web.cuts.values() for each in cuts)]
-        title = f"{file_name(report)}: web {web.number} seen from +z, x to the right, angles ccw from {zero.name}"
+        title = (
+            f"{file_name(report)}: web {web.number} seen from +z, x to the right, angles ccw from {zero.name}"
+        )
         left = _placed(space, name, shown, title, left, u)
     _section(document.blocks.new("SECTION"), drawings)
     shown = [*drawings.lengthwise, *(each for cuts in drawings.lengthwise_cuts.values() for each in cuts)]
@@ -188,7 +190,7 @@ def _cut(block: BlockLayout, item: Item, shadow: Polygons, zero: Zero) -> None:
     _text(block, str(item["number"]), tuple(place + 0.6))
     angle = kinds.angle_deg(item)
     if angle is not None:
-        below = place + (0.6, 0.6 - LINE_STEP * TEXT_MM)
+        below = place + np.array([0.6, 0.6 - LINE_STEP * TEXT_MM])
         _text(block, f"{degrees(zero.ccw(angle))} {zero.sign}", tuple(below))
 
 

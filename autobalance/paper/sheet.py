@@ -153,9 +153,9 @@ def set_up_letter(item: Mapping[str, Any]) -> str:
 
 
 OF_CUTS = (
-    "Depth counts from the entry on the tool's axis to the end of the full diameter; with point to the tip. A "
-    "negative mass is added metal: the slug is heavier than the metal of its bore. Depth left: how much deeper "
-    "a hole may go before it meets a limit of the job."
+    "Depth counts from the entry on the tool's axis to the end of the full diameter; with point to the tip. "
+    "A negative mass is added metal: the slug is heavier than the metal of its bore. Depth left: how much "
+    "deeper a hole may go before it meets a limit of the job."
 )
 OF_PADS = "Height counts from the face as it is, outward. The mass is put on."
 FAILURE_COLOUR = "#a8231b"
@@ -290,7 +290,8 @@ class _Story:
     def _in_the_model(self) -> str:
         if not self.items:
             return "Nothing was cut in the model."
-        return f"The model has {kinds.counted(self.items)}, the best within the job's limits; they do not reach the tolerance."
+        made = kinds.counted(self.items)
+        return f"The model has {made}, the best within the job's limits; they do not reach the tolerance."
 
     # --- what to cut --------------------------------------------------------------------------------------
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from tests.golden.messages import job_messages
 from tests.report.browser import Browser
 from tests.web_app import small
 from tests.web_app.page import BROWSER, at, job_text, latest, load, until
@@ -117,6 +118,57 @@ def test_no_key_or_folder_stands_in_place_of_words(page: Browser, step: str) -> 
     page.click_on(at(f"tab-{step}"))
     page.run("for (const each of document.querySelectorAll('#panels details')) each.open = true")
     assert page.run(KEYS_SHOWN) == []
+
+
+PREVIEWED = """
+const own = window.fetch, [why] = arguments;
+window.fetch = async (asked, options) => String(asked).endsWith("/preview")
+  ? new Response(JSON.stringify({ why }), { headers: { "content-type": "application/json" } })
+  : own(asked, options);
+"""
+JOB_KEYS = re.compile(
+    r"[a-z]_[a-z]|\b(?:balance|correction|crankshaft|engine|original|drill)\.[a-z]|--[a-z]|job\.toml|\[(?:original|correction|balance|engine)"
+)
+
+
+def as_shown(page: Browser, *messages: str) -> list[str]:
+    """Return messages of the program as the page shows them below what is typed."""
+    page.run(PREVIEWED, " ¦ ".join(messages))
+    now = page.run("return document.getElementById('factor').value")
+    page.run(
+        "const field = document.getElementById('factor'); field.value = arguments[0];"
+        "field.dispatchEvent(new Event('input', { bubbles: true }))",
+        "0.31" if now != "0.31" else "0.32",
+    )
+    shown: str = until(
+        page, "const text = document.getElementById('preview-why').textContent; return text || false"
+    )
+    return shown.split(" ¦ ")
+
+
+def test_a_message_has_the_labels_of_fields_in_place_of_keys(page: Browser) -> None:
+    page.click_on(at("tab-parts"))
+    wrong = [message for _, message in job_messages() if "unknown key" not in message]  # typed as text
+    said = as_shown(
+        page,
+        "job.toml: balance.speed_rpm is -1; must be > 0",
+        'no hole of ⌀10 mm keeps min_wall_mm = 4; zone = "anywhere" takes more of the webs',
+        "Set crankpins, or crankpin_in_file = true if they are in the file (--no-crankpin)",
+        "balance.factor is missing; [original] has the weights, original.reciprocating_g.piston too",
+        "--set 'correction.method=[\"slug\"]' --set correction.drill.max_depth_mm=30: leaves 0.42",
+        "limited by [correction.drill] of job.toml",
+        *wrong,
+    )
+    assert len(said) == 6 + len(wrong) > 60
+    assert said[:6] == [
+        "Speed is -1; must be > 0",
+        "no hole of ⌀10 mm keeps Min wall: 4; Zone: anywhere takes more of the webs",
+        "Set crankpins, or Crankpin in file: yes if they are in the file",
+        "Factor is missing; the weights before has the weights, Piston (before) too",
+        "Correction method: slug; Max depth: 30: leaves 0.42",
+        "limited by Drilled hole: limits of the job",
+    ]
+    assert [text for text in said if JOB_KEYS.search(text)] == []
 
 
 def test_what_is_wrong_is_said_at_its_field_and_gone_with_its_cause(page: Browser) -> None:

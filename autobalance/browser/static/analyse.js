@@ -7,7 +7,7 @@ import { JobField, Rows } from "/static/fields.js";
 import { OwnFile, Options, fillOptions, fileOf, optionsOf } from "/static/analysis-file.js";
 import { cancel, last, list, runOf, running, start, watched } from "/static/runs.js";
 import { mount, signal } from "/static/store.js";
-import { labelOf } from "/static/verdict.js";
+import { labelOf } from "/static/said.js";
 import { inWords, t } from "/static/words.js";
 
 const chosen = signal("");

@@ -6,6 +6,7 @@ import { answered, applied, job, on, state } from "/static/job.js";
 import { start, watched } from "/static/runs.js";
 import { Measured } from "/static/measured.js";
 import { signal } from "/static/store.js";
+import { said } from "/static/said.js";
 import { t } from "/static/words.js";
 
 const VERDICTS = { within_tolerance: "within tolerance", already_within_tolerance: "already within tolerance", above_tolerance: "above tolerance" };
@@ -72,7 +73,7 @@ export function Board() {
   return html`<div id="board" data-testid="board" role="group" aria-label=${t("Alternatives")}><${Cards}/></div>`;
 }
 // The sentence that says why one is recommended.
-export const Why = () => (shown.value?.why ? html`<p class="quiet" id="board-why">${shown.value.why}</p>` : "");
+export const Why = () => (shown.value?.why ? html`<p class="quiet" id="board-why">${said(shown.value.why)}</p>` : "");
 function Cards() {
   if (!shown.value) return null;
   const { rows, recommended, whole } = shown.value, first = new Map();
@@ -92,7 +93,7 @@ function Card({ row, place, also }) {
   return html`<article class=${best ? "card best" : "card"} aria-label=${name} onMouseEnter=${() => has && big(true)} onMouseLeave=${() => big(false)} onFocusIn=${() => has && big(true)} onFocusOut=${() => big(false)}><h3>${name}</h3>
     ${best ? html`<p class="tile-note">${t("Recommended")}</p>` : ""}${has ? html`<img src=${url} alt=${t("The crank corrected by {name}", { name })} loading="lazy"/>` : ""}
     <p>${t(row.outcome ? VERDICTS[row.outcome] : "no place on this crank")}</p>${unbeaten.includes(name) ? html`<p class="quiet">${t("no better alternative")}</p>` : row.beaten_by?.length ? html`<p class="quiet">${t("better alternative: {names}", { names: row.beaten_by.join(", ") })}</p>` : ""}
-    ${also.length ? html`<p class="quiet">${t("the same plan as {names}", { names: also.join(", ") })}</p>` : ""}${row.reason ? html`<p class="quiet">${row.reason}</p>` : ""}
+    ${also.length ? html`<p class="quiet">${t("the same plan as {names}", { names: also.join(", ") })}</p>` : ""}${row.reason ? html`<p class="quiet">${said(row.reason)}</p>` : ""}
     ${row.outcome ? html`<dl>${facts.map(([words, key]) => html`<dt>${t(words)}</dt><dd><${Measured} of=${`rows.${place}.${key}`} value=${row[key]} digits=${key === "cuts" ? 0 : 2} named/>${grams(key, row[key])}</dd>`)}</dl>
     ${asking.value === name ? html`<p role="alert">${t("The crank stays above tolerance. Use this plan anyway?")}</p>` : ""}<button type="button" aria-label=${t("Use {name}", { name })} onClick=${take}>${asking.value === name ? t("Use it anyway") : t("Use this one")}</button>` : ""}</article>`;
 }

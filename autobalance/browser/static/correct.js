@@ -12,7 +12,8 @@ import { Cancel, Progress, RunList, start, watched } from "/static/runs.js";
 import { ended } from "/static/see.js";
 import { mount, signal } from "/static/store.js";
 import { unitOf } from "/static/units.js";
-import { t } from "/static/words.js";
+import { plain, t } from "/static/words.js";
+import { fromZero, zeroDeg, zeroWords } from "/static/zero.js";
 
 let view = null;
 const picking = signal(null); // angles of a zone that is being picked in the model
@@ -116,14 +117,18 @@ function Faces() {
 
 function Zones() {
   const add = (zone) => { zones.list.push(zone); changed(); };
-  return html`<details class="fold" id="zones-box" open hidden=${!hasZones()}><summary>${t("Angles about the axis")} <small>${t("from crankpin 1, counter-clockwise")}</small></summary>
+  return html`<details class="fold" id="zones-box" open hidden=${!hasZones()}><summary>${t("Angles about the axis")} <small>${zeroWords()}</small></summary>
     <div id="zones">${zones.list.map((zone, place) => html`<${Zone} key=${place} zone=${zone} place=${place}/>`)}</div>
     <p class="buttons"><button type="button" id="add-zone" onClick=${() => add({ from: 120, to: 240, allowed: true })}>${t("Allow a zone")}</button><button type="button" id="add-forbidden" onClick=${() => add({ from: 170, to: 190, allowed: false })}>${t("Forbid a zone")}</button>
     <button type="button" id="pick-zone" onClick=${pick}>${t("Pick in the model")}</button> <select id="zone-kind" aria-label=${t("Kind of the picked zone")} value=${kindOfZone.value} onInput=${({ target }) => { kindOfZone.value = target.value; }}><option value="allowed">${t("allowed")}</option><option value="forbidden">${t("forbidden")}</option></select></p></details>`;
 }
 
+// Angles of a zone count from the job's zero, as all that the page shows; a zone may end at the full turn.
+const micro = (angle) => Math.round(1e6 * angle) / 1e6;
+const zoneShown = (angle, key) => (zeroDeg() === 0 ? angle : micro(fromZero(angle)) || (key === "to" ? 360 : 0));
+const zoneKept = (value) => (zeroDeg() === 0 ? value : micro((((value + zeroDeg()) % 360) + 360) % 360));
 function Zone({ zone, place }) {
   const kind = t(zone.allowed ? "allowed" : "forbidden");
-  const input = (key) => html`<input inputMode="decimal" value=${zone[key]} aria-label=${`${t("zone {place}", { place: place + 1 })}, ${kind}, ${t(key)} [°]`} onInput=${({ target }) => { const value = Number(target.value.replace(",", ".")); if (target.value.trim() && Number.isFinite(value)) { zone[key] = value; changed(); } }}/>`;
+  const input = (key) => html`<input inputMode="decimal" value=${plain(zoneShown(zone[key], key))} aria-label=${`${t("zone {place}", { place: place + 1 })}, ${kind}, ${t(key)} [°]`} onInput=${({ target }) => { const value = Number(target.value.replace(",", ".")); if (target.value.trim() && Number.isFinite(value)) { zone[key] = zoneKept(value); changed(); } }}/>`;
   return html`<div class="zone"><span>${kind}</span>${input("from")}<span>${t("to")}</span>${input("to")}<span>°</span><button type="button" aria-label=${t("Remove {name}", { name: t("zone {place}", { place: place + 1 }) })} onClick=${() => { zones.list.splice(place, 1); changed(); }}>×</button></div>`;
 }

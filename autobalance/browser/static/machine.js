@@ -11,6 +11,7 @@ import { Polar } from "/static/polar.js";
 import { mount, redraw, signal } from "/static/store.js";
 import { ended } from "/static/see.js";
 import { angleText, sign, zeroDeg, zeroWords } from "/static/zero.js";
+import { said } from "/static/said.js";
 import { t } from "/static/words.js";
 import { BigDigits, cutsDone, onItsOwn } from "/static/big-digits.js";
 
@@ -145,9 +146,9 @@ function Bobs({ bobs }) {
 function Suspects() {
   const { list } = stages.value, report = state.result.report;
   const amount = (k, place, key, value) => html`<${Measured} of=${`stages.${k}.suspects.${place}.${key}`} value=${value} digits=${1} named/>`;
-  const found = list.flatMap((stage, k) => stage.suspects.map((each, place) => html`<li>${t("Stage")} ${stage.stage}: ${each.key}: ${each.says} (${amount(k, place, "difference_g_mm", each.difference_g_mm)} ${t("apart")}, ${amount(k, place, "left_g_mm", each.left_g_mm)} ${t("left")})</li>`));
+  const found = list.flatMap((stage, k) => stage.suspects.map((each, place) => html`<li>${t("Stage")} ${stage.stage}: ${said(each.key)}: ${said(each.says)} (${amount(k, place, "difference_g_mm", each.difference_g_mm)} ${t("apart")}, ${amount(k, place, "left_g_mm", each.left_g_mm)} ${t("left")})</li>`));
   const warned = report.command === "recut" ? report.warnings : [];
-  return html`<ul id="suspects" data-testid="suspects" aria-label=${t("Checks")} aria-live="polite">${refused.value ? html`<li>${refused.value}</li>` : ""}${found}${warned.map((words) => html`<li>${words}</li>`)}</ul>`;
+  return html`<ul id="suspects" data-testid="suspects" aria-label=${t("Checks")} aria-live="polite">${refused.value ? html`<li>${said(refused.value)}</li>` : ""}${found}${warned.map((words) => html`<li>${said(words)}</li>`)}</ul>`;
 }
 
 function Stages() {

@@ -5,6 +5,7 @@ import { askJson, guarded, say } from "/static/server.js";
 import { on, state } from "/static/job.js";
 import { start } from "/static/runs.js";
 import { mount, signal } from "/static/store.js";
+import { said } from "/static/said.js";
 import { t } from "/static/words.js";
 
 const machine = signal(""); // the text of the machine file
@@ -51,5 +52,5 @@ function Programs() {
   return html`<p id="nc-says" data-testid="nc-says" aria-live="polite">${report ? html`${t("Simulated residual")} ${withUnit(simulated.residual.magnitude_g_mm, 2, "g·mm")}, ${t("{share} % of the permissible unbalance", { share: shown(100 * simulated.used_share, 0) })}. ${link("setup.pdf", t("Set-up sheet"))} ${link("nc.json", "nc.json")}` : ""}</p>
     <table id="setups" data-testid="setups" hidden=${!setups.length}><caption>${t("Set-ups, in their order")}</caption><thead><tr>${["set-up", "program", "tools", "cuts", "time [min]"].map((words) => html`<th scope="col">${t(words)}</th>`)}</tr></thead>
     <tbody>${setups.map((each) => html`<tr><th scope="row">${each.name}</th><td>${link(each.file, each.file)}</td><td>${each.tools.map((tool) => `T${tool}`).join(", ")}</td><td>${each.cuts.join(", ")}</td><td>${shown(each.time_s / 60, 1)}</td></tr>`)}</tbody></table>
-    <ul id="nc-left-out" aria-label=${t("Cuts that are not programmed")}>${left.map((each) => html`<li>${t("Cut {number} is not programmed: {why}", { number: each.correction, why: each.why })}</li>`)}</ul>`;
+    <ul id="nc-left-out" aria-label=${t("Cuts that are not programmed")}>${left.map((each) => html`<li>${t("Cut {number} is not programmed: {why}", { number: each.correction, why: said(each.why) })}</li>`)}</ul>`;
 }

@@ -9,6 +9,7 @@ import { Measured } from "/static/measured.js";
 import { start } from "/static/runs.js";
 import { mount, redraw, redrawNow, signal } from "/static/store.js";
 import { Tree } from "/static/tree.js";
+import { said } from "/static/said.js";
 import { plain, t } from "/static/words.js";
 
 let view = null;
@@ -114,12 +115,12 @@ async function unrecognised(error) {
   if (!mesh) return;
   bodies.value = Number(error.message.match(/holds (\d+) bodies/)?.[1] || 0);
   view.showCrank(mesh);
-  doubts.value = [error.message, ...(view.parts.length ? [t("pick a cylinder in the model or in the list below, and say what it is")] : [])];
+  doubts.value = [said(error.message), ...(view.parts.length ? [t("pick a cylinder in the model or in the list below, and say what it is")] : [])];
 }
 
 function reasons(report) {
   const off = report.crank.journal_misalignment_mm, free = view.parts.filter((part) => part.kind === "cylinder").length;
-  return [...strange(report), ...report.warnings,
+  return [...strange(report), ...report.warnings.map(said),
     ...(off > 0.01 ? [html`${t("the main journals are out of line by")} <${Measured} of="crank.journal_misalignment_mm" value=${off} digits=${3} named/>`] : []),
     ...(free ? [t("cylinders that are neither main journals nor crankpins: {count}", { count: free })] : [])];
 }

@@ -7,7 +7,7 @@ import { mount, redraw, signal } from "/static/store.js";
 import { t } from "/static/words.js";
 import { Engine, Targets } from "/static/engine.js";
 import { Everything } from "/static/everything.js";
-import { inWords } from "/static/verdict.js";
+import { said } from "/static/said.js";
 import { Factors } from "/static/factors.js";
 
 export const preview = signal({ found: null, why: "" });
@@ -110,7 +110,7 @@ const ask = debounced(async () => {
   let found = null, why = "";
   try { found = await post(`/api/runs/${state.inspected.id}/preview`, looked()); } catch (error) { why = error.message; }
   if (mine !== asked) return;
-  if (found?.why) { why = inWords(found.why.replace(/^job\.toml: /, "")); found = null; }
+  if (found?.why) { why = said(found.why); found = null; }
   preview.value = { found, why };
 }, 60);
 
@@ -120,7 +120,7 @@ const Predicted = ({ value, digits, unit = "" }) => html`<span class="predicted"
 function Forces() {
   const { greatest_n: greatest, speed_rpm: speed, why } = preview.value.found?.forces || {};
   if (greatest === undefined) return html`<p id="forces-line" hidden></p>`;
-  return html`<p id="forces-line" data-testid="forces-line">${why ? inWords(why.replace(/^job\.toml: /, "")) : html`<span class="predicted" data-predicted=${String(greatest)}>${t("Forces today: up to {force} at {speed} rpm.", { force: `${shown(greatest, 0)} N`, speed: shown(speed, 0) })}</span>`} <button type="button" class="link" onClick=${() => emit("tab", "analyse")}>${t("Analyses")}</button></p>`;
+  return html`<p id="forces-line" data-testid="forces-line">${why ? said(why) : html`<span class="predicted" data-predicted=${String(greatest)}>${t("Forces today: up to {force} at {speed} rpm.", { force: `${shown(greatest, 0)} N`, speed: shown(speed, 0) })}</span>`} <button type="button" class="link" onClick=${() => emit("tab", "analyse")}>${t("Analyses")}</button></p>`;
 }
 
 function Facts() {

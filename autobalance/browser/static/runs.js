@@ -4,6 +4,7 @@ import { askJson, guarded, post, remove, say } from "/static/server.js";
 import { crankName, emit, state } from "/static/job.js";
 import { signal } from "/static/store.js";
 import { STAYS_MS, toast } from "/static/toast.js";
+import { said } from "/static/said.js";
 import { locale, t } from "/static/words.js";
 
 const ENDED = ["done", "failed", "cancelled"];
@@ -98,7 +99,7 @@ function Item({ told }) {
   const { id, verb } = told, done = told.state === "done" && ["balance", "recut"].includes(verb);
   const how = told.state === "running" ? `${doing(told.words)}, ${Math.round(100 * told.share)} %` : t(told.state);
   const button = (words, work) => html`<button type="button" aria-label=${`${t(words)} ${verb} ${id}`} onClick=${work}>${t(words)}</button>`;
-  return html`<li data-run=${id} data-state=${told.state} aria-current=${state.result?.id === id ? "true" : undefined}><span><b>${crankName(told.crank)}</b> ${verb}${words[id] ? ` ${words[id]}` : ""}: ${how}${told.state === "done" ? html` <small>${new Date(told.started).toLocaleString(locale, { dateStyle: "short", timeStyle: "short" })}</small>` : ""}${told.error ? ` – ${told.error}` : ""}</span>
+  return html`<li data-run=${id} data-state=${told.state} aria-current=${state.result?.id === id ? "true" : undefined}><span><b>${crankName(told.crank)}</b> ${verb}${words[id] ? ` ${words[id]}` : ""}: ${how}${told.state === "done" ? html` <small>${new Date(told.started).toLocaleString(locale, { dateStyle: "short", timeStyle: "short" })}</small>` : ""}${told.error ? ` – ${said(told.error)}` : ""}</span>
     <span class="buttons">${done ? button("Show", () => { emit("show", told); emit("tab", "see"); }) : ""}${ENDED.includes(told.state) ? button("Delete", () => taken(told)) : button("Cancel", guarded(() => cancel(id)))}</span></li>`;
 }
 

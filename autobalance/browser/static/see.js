@@ -12,6 +12,7 @@ import { mount, redraw, signal } from "/static/store.js";
 import { open } from "/static/open.js";
 import { toast } from "/static/toast.js";
 import { changeText, judged } from "/static/verdict.js";
+import { said } from "/static/said.js";
 import { locale, t } from "/static/words.js";
 
 const FILES = { "report.html": "Report as a page", "sheet.pdf": "Shop sheet", "balance.xlsx": "Workbook", "crank-before.png": "Picture before", "crank-after.png": "Picture after", "history.html": "History of stages", "reading.toml": "Blank reading file", "certificate.pdf": "Certificate", "bob-weights.pdf": "Bob-weight card", "holes.csv": "List of holes", "drawing.dxf": "Drawing (DXF)" };
@@ -99,7 +100,7 @@ function Verdict() {
   if (!found) return html`<div role="status" data-testid="verdict" id="verdict" data-outcome=""><h2>${t(none.value)}</h2></div><p data-testid="reason" id="reason"></p>`;
   const { tone, words, says, why, changes } = found;
   return html`<div role="status" data-testid="verdict" id="verdict" class="verdict" data-outcome=${report.outcome} data-proven=${report.proven === false ? "false" : "true"} data-tone=${tone}><h2>${words}</h2><p>${says} ${why}</p>${told?.crank ? html`<p class="of" id="result-of">${crankName(told.crank)}, ${new Date(told.started).toLocaleString(locale)}</p>` : ""}
-    ${tone === "stale" ? html`<ul id="job-changed" data-testid="job-changed" aria-label=${t("Changed since then")}>${changes.slice(0, 3).map((each) => html`<li>${changeText(each)}</li>`)}${changes.length > 3 ? html`<li>${t("and {count} more", { count: changes.length - 3 })}</li>` : ""}</ul><p class="buttons"><button type="button" data-testid="cut-again" onClick=${() => balance()}>${t("Cut again")}</button> <button type="button" data-testid="job-of" onClick=${() => back(told)}>${t("Job of this result")}</button></p>` : ""}</div><p data-testid="reason" id="reason">${report.reason || ""}</p>`;
+    ${tone === "stale" ? html`<ul id="job-changed" data-testid="job-changed" aria-label=${t("Changed since then")}>${changes.slice(0, 3).map((each) => html`<li>${changeText(each)}</li>`)}${changes.length > 3 ? html`<li>${t("and {count} more", { count: changes.length - 3 })}</li>` : ""}</ul><p class="buttons"><button type="button" data-testid="cut-again" onClick=${() => balance()}>${t("Cut again")}</button> <button type="button" data-testid="job-of" onClick=${() => back(told)}>${t("Job of this result")}</button></p>` : ""}</div><p data-testid="reason" id="reason">${said(report.reason)}</p>`;
 }
 // The job as it was when this result was made.
 const back = guarded(async (told) => {
@@ -111,7 +112,7 @@ const back = guarded(async (told) => {
 function Remedies() {
   const found = (state.result?.report.relaxations || []).filter(({ changes }) => changes.length);
   const values = (changes) => Object.fromEntries(changes.map(({ key, proposed }) => [key, proposed]));
-  return html`<div id="relaxations" data-testid="relaxations" class="buttons">${found.map(({ text, changes }) => html`<button type="button" data-changes=${JSON.stringify(values(changes))} onClick=${() => { applied(values(changes)); balance(); }}>${t("Try {change}", { change: text })}</button>`)}</div>`;
+  return html`<div id="relaxations" data-testid="relaxations" class="buttons">${found.map(({ text, changes }) => html`<button type="button" data-changes=${JSON.stringify(values(changes))} onClick=${() => { applied(values(changes)); balance(); }}>${t("Try {change}", { change: said(text) })}</button>`)}</div>`;
 }
 
 const PAPERS = [["For the machinist", ["sheet.pdf", "holes.csv", "drawing.dxf"]], ["For the balancing machine", ["bob-weights.pdf", "reading.toml"]], ["For the customer", ["certificate.pdf", "report.html", "history.html", "crank-before.png", "crank-after.png"]]];

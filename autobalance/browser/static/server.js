@@ -41,7 +41,9 @@ export const put = (path, body) => {
   saved = saved.catch(() => {}).then(async () => knows(await askJson(path, { method: "PUT", body: JSON.stringify(body), headers: version ? { "If-Match": version } : {} })));
   return saved;
 };
-export const say = (text) => { $("error").textContent = text || ""; };
+const wording = { of: (text) => text || "" };
+export const sayIn = (words) => { wording.of = words; }; // as people read it: with the labels of fields
+export const say = (text) => { $("error").textContent = wording.of(text); };
 
 // Work that a person began: what goes wrong is said, what was said before goes.
 export function guarded(work) {

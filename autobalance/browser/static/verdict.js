@@ -1,6 +1,6 @@
 // Verdict of a result: outcome, proven and current in one place, for every part of the page that says it.
 import { state } from "/static/job.js";
-import { kinds } from "/static/limits.js";
+import { labelOf } from "/static/said.js";
 import { shown, withUnit } from "/static/tools.js";
 import { t } from "/static/words.js";
 
@@ -40,16 +40,5 @@ function sentence(report) {
   return found === residual ? says : `${place}: ${says}`;
 }
 
-// What a person calls a key of the job: its field's label.
-export function labelOf(path) {
-  const [table, ...rest] = path.replace(/\[\d+\]/g, "").split("."), key = rest.join("."), last = rest.at(-1) || table;
-  if (path === "correction.method") return t("Correction method");
-  const kind = table === "correction" ? kinds.of(rest[0]) : null;
-  const field = kind ? kind.keys.find((each) => `${kind.name}.${each.key}` === key) : state.declared.tables.find((each) => each.table === table)?.keys.find((each) => each.key === key);
-  const words = field ? t(field.words) : last.replace(/_(g|mm|deg|rpm|percent)$/, "").replaceAll("_", " ");
-  return words.charAt(0).toLocaleUpperCase() + words.slice(1);
-}
-// A message with the labels of fields in place of the keys that it names.
-export const inWords = (message) => message.replace(/\b[a-z]+(?:\.[a-z_]+(?:\[\d+\])?)+\b/g, (path) => (state.declared?.tables.some(({ table }) => path.startsWith(`${table}.`)) ? labelOf(path) : path));
 const valueOf = (value) => (value === null || value === undefined ? t("not set") : typeof value === "number" ? shown(value, Number.isInteger(value) ? 0 : 2) : typeof value === "object" ? Object.values(value).join("; ") : String(value));
 export const changeText = ({ key, was, now }) => `${labelOf(key)}: ${valueOf(was)} → ${valueOf(now)}`;
