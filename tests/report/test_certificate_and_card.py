@@ -70,8 +70,12 @@ def test_a_certificate_has_the_mass_of_the_finished_crank_and_counts_pads_apart(
     report = headed(2)
     first, second = report["corrections"]
     pad = {**first, "kind": "add", "removed_mass_g": -200.0, "depth_mm": -4.0}
-    now = {"stages": [{"stage": 2}], "corrections": [], "earlier_corrections": [pad, second]}
-    now["outcome"] = "already_within_tolerance"
+    now = {
+        "outcome": "already_within_tolerance",
+        "stages": [{"stage": 2}],
+        "corrections": [],
+        "earlier_corrections": [pad, second],
+    }
     (text,) = pages(certificate(report | now, None))
     mass_g = report["crank"]["mass_g"]
     before = mass_g - 200.0 + second["removed_mass_g"]
