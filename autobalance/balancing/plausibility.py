@@ -301,7 +301,7 @@ def _rods(job: Job, crank: Crank) -> Iterator[str]:
     typed = job.raw.get("engine", {})
     if "rods_per_throw" in typed or "throw" in typed or job.engine.default.rods != 1:
         return
-    if crank.holds_crankpins and holds_two_rods(crank.anatomy):
+    if holds_two_rods(crank.anatomy) and crank.holds_crankpins:
         pin = crank.anatomy.throws[0].crankpin
         yield (
             f"{job.path.name}: engine.rods_per_throw is missing, so one rod is counted on each crankpin;"

@@ -203,51 +203,74 @@ class _Metal:
         between = self.mesh.triangles.take(self.stretches.within(low, high), axis=0)
         (outlines,) = cross_sections(self.mesh.vertices, between, np.array([amid]))
         lengths: Array = (high - low) * Region.of(outlines).contains(columns).astype(np.float64)
-        for corners, points in _pairs(self.mesh.vertices, between, columns):
-            beside = np.stack([_left_of(corners, columns[points], k) for k in range(3)])
-            hit = (np.sign(beside) == np.sign(beside[0])).all(axis=0)
-            weights = np.abs(beside[:, hit]) / np.abs(beside[:, hit]).sum(axis=0)
-            z = np.clip((corners[hit, :, 2].T * weights).sum(axis=0), low, high)
-            sense = np.sign(beside[0, hit])
-            np.add.at(lengths, points[hit], sense * (z - np.where(z > amid, high, low)))
+        axes = np.ascontiguousarray(self.mesh.vertices.T)
+        for corners, points in _pairs(axes, between, columns):
+            x, y = (axes[k].take(corners) - columns[:, k].take(points) for k in range(2))
+            beside = [_left_of(x, y, k) for k in range(3)]
+            a, b, c = (each > 0.0 for each in beside)
+            hit = np.flatnonzero((a == b) & (b == c))
+            beside = [each.take(hit) for each in beside]
+            weights = np.abs(beside) / np.abs(beside).sum(axis=0)
+            heights = axes[2].take(corners.take(hit, axis=1))
+            z = np.clip((heights * weights).sum(axis=0), low, high)
+            np.add.at(lengths, points.take(hit), np.sign(beside[0]) * (z - np.where(z > amid, high, low)))
         return lengths
 
 
-def _left_of(corners: Array, points: Array, corner: int) -> Array:
-    """Return twice the areas of points (n, 2) with the side across from a corner of triangles (n, 3, 3).
+def _left_of(x: Array, y: Array, corner: int) -> Array:
+    """Return twice the areas (n,) of the origin with the side across from a corner of triangles (3, n) each.
 
     Positive: left of it. The two triangles at a side get the same number with opposite signs, to the last
     digit, and never 0: no column through their side meets both of them, or none.
     """
-    one, two = (corners[:, (corner + k) % 3, :2] - points for k in (1, 2))
-    left: Array = one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]
-    upward = (one[:, 1] < two[:, 1]) | ((one[:, 1] == two[:, 1]) & (one[:, 0] < two[:, 0]))
-    return np.where(left == 0.0, np.where(upward, ZERO_AREA, -ZERO_AREA), left)
+    one, two = (corner + 1) % 3, (corner + 2) % 3
+    left: Array = x[one] * y[two] - y[one] * x[two]
+    on_it = np.flatnonzero(left == 0.0)
+    x_one, y_one, x_two, y_two = (of.take(on_it) for of in (x[one], y[one], x[two], y[two]))
+    upward = (y_one < y_two) | ((y_one == y_two) & (x_one < x_two))
+    left[on_it] = np.where(upward, ZERO_AREA, -ZERO_AREA)
+    return left
 
 
-def _pairs(vertices: Array, triangles: Indices, columns: Array) -> Iterator[tuple[Array, Indices]]:
-    """Yield corners (k, 3, 3) of triangles, and the numbers (k,) of columns in their boxes, in batches."""
-    each_axis = [least_and_greatest(vertices[:, k], triangles) for k in range(2)]
-    low, high = np.stack(each_axis, axis=2)
-    x, at = np.unique(columns[:, 0], return_inverse=True)
-    first, last = np.searchsorted(x, low[:, 0]), np.searchsorted(x, high[:, 0], side="right")
-    near = (last > first) & (high[:, 1] >= columns[:, 1].min()) & (low[:, 1] <= columns[:, 1].max())
-    chosen = np.flatnonzero(near)
-    starts = np.searchsorted(at, np.arange(len(x) + 1))  # columns are in rising order of x
-    from_, to = starts[first[chosen]], starts[last[chosen]]
-    count = to - from_
+def _pairs(axes: Array, triangles: Indices, columns: Array) -> Iterator[tuple[Indices, Indices]]:
+    """Yield corners (3, k) of triangles, and the numbers (k,) of columns in their boxes, in batches.
+
+    Columns (n, 2) are best places of a grid: those of one x are looked up together.
+    """
+    (x, of_x), (y, of_y) = (np.unique(columns[:, k], return_inverse=True) for k in range(2))
+    (left, right), (lower, upper) = (
+        _between(values, *least_and_greatest(axes[k], triangles)) for k, values in enumerate((x, y))
+    )
+    corners = np.ascontiguousarray(triangles.T)
+    chosen = np.flatnonzero((right > left) & (upper > lower))
+    left, right, lower, upper = (each.take(chosen) for each in (left, right, lower, upper))
+    before = np.zeros((len(x), len(y) + 1), dtype=np.int64)  # columns of less x, or of that x and less y
+    np.add.at(before, (of_x, of_y + 1), 1)
+    ordered = np.lexsort((of_y, of_x))
+    before = np.cumsum(before.reshape(-1)).reshape(before.shape)
+    most = np.cumsum((right - left) * (upper - lower))
     begin = 0
     while begin < len(chosen):
-        total = np.cumsum(count[begin:])
-        end = begin + max(int(np.searchsorted(total, MOST_PAIRS, side="right")), 1)
-        here = slice(begin, end)
-        rows = np.repeat(chosen[here], count[here])
-        offset = np.arange(len(rows)) - np.repeat(np.cumsum(count[here]) - count[here], count[here])
-        points = np.repeat(from_[here], count[here]) + offset
-        y = columns[points, 1]
-        inside = (y >= low[rows, 1]) & (y <= high[rows, 1])
-        yield vertices[triangles[rows[inside]]], points[inside]
+        done = int(most[begin - 1]) if begin else 0
+        end = max(int(np.searchsorted(most, done + MOST_PAIRS, side="right")), begin + 1)
+        few = slice(begin, end)
+        row, strip = _members(left[few], right[few] - left[few])
+        row += begin
+        start = before[strip, lower.take(row)]
+        which, points = _members(start, before[strip, upper.take(row)] - start)
+        yield corners.take(chosen.take(row.take(which)), axis=1), ordered.take(points)
         begin = end
+
+
+def _between(places: Array, low: Array, high: Array) -> tuple[Indices, Indices]:
+    """Return where, among rising places, those of intervals (m,) begin and end; ends are of them."""
+    return np.searchsorted(places, low), np.searchsorted(places, high, side="right")
+
+
+def _members(first: Indices, count: Indices) -> tuple[Indices, Indices]:
+    """Return the interval's number and the value of each of so many whole numbers from each first one on."""
+    number = np.repeat(np.arange(len(count)), count)
+    return number, np.arange(len(number)) + (first - np.cumsum(count) + count).take(number)
 
 
 # Corrections as they were measured tool by tool: on true surfaces, or on the metal of a scan.
