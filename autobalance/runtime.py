@@ -1,11 +1,12 @@
 """Settings of the process: memory of large arrays, clocks, standard output, signals.
 
-Nothing of the process is changed on import; ``keep_freed_memory``, ``one_thread_of_linear_algebra`` and
-``interruptible`` are for the command line, whose process is its own.
+Nothing of the process is changed on import; ``keep_freed_memory``, ``collect_rarely``, ``interruptible`` and
+``one_thread_of_linear_algebra`` are for the command line, whose process is its own.
 """
 
 from __future__ import annotations
 
+import gc
 import mmap
 import os
 import signal
@@ -91,6 +92,18 @@ def keep_freed_memory() -> bool:
         return False
     options = {MMAP_THRESHOLD: KEPT_BYTES, TRIM_THRESHOLD: KEPT_BYTES, ARENA_MAX: 1}
     return all(set_option(option, value) == 1 for option, value in options.items())
+
+
+OBJECTS_BETWEEN_COLLECTIONS = 20_000
+"""Objects made before those that refer to each other in a ring are looked for; Python's own limit is 700."""
+
+
+def collect_rarely() -> None:
+    """Look for rings of objects rarely, for good: for commands, whose process ends soon.
+
+    What a command loads stays to its end, and each look goes through all of it: 0.1 s of the main job.
+    """
+    gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS)
 
 
 def own_standard_output() -> None:

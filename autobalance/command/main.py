@@ -20,6 +20,7 @@ from autobalance.command.help_groups import CommandGroups
 from autobalance.errors import AutobalanceError, DecimalCommaWarning, UsageError, system_reason
 from autobalance.registry import VERBS
 from autobalance.runtime import (
+    collect_rarely,
     ended_in_time,
     interruptible,
     keep_freed_memory,
@@ -57,6 +58,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     one_thread_of_linear_algebra()
     if argv is None:  # the process is this command's alone
         own_standard_output()
+        collect_rarely()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a terminal that knows no "·" or "²" shows "?"
             stream.reconfigure(errors="replace")
