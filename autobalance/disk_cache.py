@@ -2,8 +2,8 @@
 
 An entry is one file, named by the digest of its inputs: the file's content, the request, this program and its
 libraries. It is written under a temporary name and renamed. It begins with the digest of its content, and the
-value is computed again if that does not fit. Without a cache the value takes the same way through bytes, so
-that results are the same to the bit.
+value is computed again if that does not fit. What was just computed is made again from the same plain values
+and arrays, with a cache or without, so that results are the same to the bit.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from typing import IO, TypeVar
 
 from autobalance.errors import UsageError
 from autobalance.user_folders import cache_folder
-from autobalance.value_codec import CodecError, from_bytes, read, to_bytes, write
+from autobalance.value_codec import CodecError, from_bytes, plain_of, to_bytes, value_of, write
 from autobalance.version import __version__
 
 LIMIT_VARIABLE = "AUTOBALANCE_CACHE_MB"
@@ -66,13 +66,13 @@ def kept(kind: str, key: str, work: Callable[[], T]) -> T:
             return found
     except (OSError, CodecError):  # none there, spoilt, or taken out by another process: read anew
         pass
-    with _scratch() as stream:
-        write(work(), stream)
-        if path is not None:
+    plain = plain_of(work())
+    if path is not None:
+        with _scratch() as stream:
+            write(plain, stream)
             _write(path, stream, limit)
-        stream.seek(0)
-        made: T = read(stream)
-        return made
+    made: T = value_of(plain)
+    return made
 
 
 def _scratch() -> IO[bytes]:

@@ -13,7 +13,7 @@ import io
 import json
 from dataclasses import fields, is_dataclass
 from importlib import import_module
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 from zipfile import BadZipFile
 
 import numpy as np
@@ -37,6 +37,37 @@ class CodecError(ValueError):
     """Bytes that hold no value, or a value that cannot be kept."""
 
 
+class Plain(NamedTuple):
+    """A value as a plan, which is a plain value of JSON, and the arrays that it names by number."""
+
+    plan: Any
+    arrays: Arrays
+
+
+def plain_of(value: object) -> Plain:
+    """Return a value as plan and arrays, those laid out as an archive keeps them.
+
+    Raises
+    ------
+    CodecError
+        If something in it is of no kind that can be kept.
+    """
+    encoder = _Encoder()
+    plan = encoder.plan(value)
+    return Plain(plan, [_laid_out(array) for array in encoder.arrays])
+
+
+def value_of(plain: Plain) -> Any:
+    """Return the value of a plan and its arrays, as reading the bytes gives it, to the bit."""
+    return _Decoder(plain.arrays).value(plain.plan)
+
+
+def _laid_out(array: NDArray[Any]) -> NDArray[Any]:
+    """Return an array in one piece that may be written to, by columns only where it lies so."""
+    flags = array.flags
+    return array if flags.writeable and (flags.c_contiguous or flags.f_contiguous) else array.copy("A")
+
+
 def to_bytes(value: object) -> bytes:
     """Return a value as bytes.
 
@@ -46,21 +77,14 @@ def to_bytes(value: object) -> bytes:
         If something in it is of no kind that can be kept.
     """
     stream = io.BytesIO()
-    write(value, stream)
+    write(plain_of(value), stream)
     return stream.getvalue()
 
 
-def write(value: object, stream: IO[bytes]) -> None:
-    """Write a value to a stream as bytes.
-
-    Raises
-    ------
-    CodecError
-        If something in it is of no kind that can be kept.
-    """
-    encoder = _Encoder()
-    plan = json.dumps(encoder.plan(value), separators=(",", ":"))
-    arrays: dict[str, Any] = {str(place): array for place, array in enumerate(encoder.arrays)}
+def write(plain: Plain, stream: IO[bytes]) -> None:
+    """Write a value to a stream as bytes."""
+    plan = json.dumps(plain.plan, separators=(",", ":"))
+    arrays: dict[str, Any] = {str(place): array for place, array in enumerate(plain.arrays)}
     arrays[PLAN] = np.frombuffer(plan.encode("utf-8", "surrogatepass"), np.uint8)
     np.savez(stream, **arrays)
 
@@ -73,16 +97,11 @@ def from_bytes(data: bytes | memoryview) -> Any:
     CodecError
         If they do not hold a plan.
     """
-    return read(io.BytesIO(data))
-
-
-def read(stream: IO[bytes]) -> Any:
-    """Return the value of the bytes of a stream, as ``from_bytes`` does."""
     try:
-        with np.load(stream, allow_pickle=False) as archive:
+        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
             plan = json.loads(archive[PLAN].tobytes().decode("utf-8", "surrogatepass"))
             arrays = [archive[str(place)] for place in range(len(archive.files) - 1)]
-        return _Decoder(arrays).value(plan)
+        return value_of(Plain(plan, arrays))
     except (
         ValueError,
         KeyError,

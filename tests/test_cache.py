@@ -23,7 +23,7 @@ from autobalance.quantities import mm, said
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.value_codec import CodecError, from_bytes, to_bytes
+from autobalance.value_codec import CodecError, from_bytes, plain_of, to_bytes, value_of
 from tests import jobs
 from tests.coarse import coarse_facets
 
@@ -228,3 +228,15 @@ def test_a_kept_solid_is_cut_alike_whether_it_or_the_tool_was_built_first() -> N
         cut.append((solid - tool).mesh)
     np.testing.assert_array_equal(cut[0].vertices, cut[1].vertices)
     np.testing.assert_array_equal(cut[0].triangles, cut[1].triangles)
+
+
+def test_what_was_just_computed_is_laid_out_as_its_entry_is() -> None:
+    """Sums depend on it in their last digits: no view of a table's column, no fixed bytes."""
+    table = np.arange(12.0).reshape(4, 3)
+    fixed = np.frombuffer(bytes(16), np.uint8)
+    arrays = (table, table.T, table[:, 1], table[::-1], fixed, np.asfortranarray(table)[:, :2])
+    at_once, from_entry = value_of(plain_of(arrays)), from_bytes(to_bytes(arrays))
+    for given, one, other in zip(arrays, at_once, from_entry, strict=True):
+        assert np.array_equal(given, one)
+        assert (one.strides, one.flags.writeable) == (other.strides, other.flags.writeable)
+    assert at_once[0] is table
