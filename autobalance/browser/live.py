@@ -20,6 +20,7 @@ from autobalance.browser.prediction import DRAGGED_KEYS, predicted, preview
 from autobalance.browser.project import named_files
 from autobalance.browser.work import CARDS, MESH, MODEL, VIEW, WEBS
 from autobalance.errors import AutobalanceError
+from autobalance.paper.verb import DONE
 from autobalance.toml_files.document import toml_text
 
 if TYPE_CHECKING:
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
     from autobalance.browser.runs import Runs
 
 REPORT = "report.json"
-TICKS = "ticks.json"
-"""Cuts of a result that are done: number → time."""
 CUTTERS = ("balance", "recut")
 """Verbs whose result has cuts to make."""
 MOST_POLARS = 40
@@ -189,17 +188,17 @@ class Live:
         known = type(number) is int and number in [each["number"] for each in made]
         if not known or not isinstance(is_done, bool):
             return refused('the body must be {"number": of a cut of the result, "done": true or false}', 400)
-        kept = self._json(request, TICKS) or {}
+        path = self._project.result(run, DONE)
+        kept = {} if path is None else json.loads(path.read_text(encoding="utf-8"))
         kept.pop(str(number), None)
         if is_done:
             kept[str(number)] = datetime.now(UTC).isoformat(timespec="seconds")
-        own = self._project.own_folder(run)
-        own.mkdir(parents=True, exist_ok=True)
-        self._project.write_text(str((own / TICKS).relative_to(self._project.folder)), json.dumps(kept))
+        done = self._project.run_folder(run) / DONE  # beside the report, for the sheet
+        self._project.write_text(str(done.relative_to(self._project.folder)), json.dumps(kept))
         return JSONResponse(self._ticks(told))
 
     def _ticks(self, told: dict[str, Any]) -> dict[str, Any]:
-        path = self._project.own(told["id"], TICKS)
+        path = self._project.result(told["id"], DONE)
         made = [
             each["id"]
             for each in self._runs.all()

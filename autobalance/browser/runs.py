@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import multiprocessing
@@ -22,14 +23,16 @@ from autobalance import registry
 from autobalance.browser.guard import jsonable
 from autobalance.browser.opening import crank_of, job_of, job_of_crank
 from autobalance.browser.project import ABOVE_EXIT_CODE, APP_FOLDER, RUN_ID, RUNS, STATE, Project
-from autobalance.browser.work import nothing, work
+from autobalance.browser.work import SHEET, nothing, work
 from autobalance.errors import AutobalanceError
 from autobalance.job.from_options import Difference, differences
+from autobalance.paper.verb import DONE
 from autobalance.runtime import held_signals
 from autobalance.toml_files.document import toml_text
 from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from multiprocessing.connection import Connection
     from multiprocessing.context import ForkServerContext, SpawnContext
     from multiprocessing.process import BaseProcess
@@ -101,7 +104,7 @@ class Runs:
         """Take up the runs that the project's folder holds."""
         self._project, self._memory_mb = project, memory_mb
         self._places = threading.Semaphore(max(1, os.cpu_count() or 1))
-        self._lock = threading.Lock()
+        self._lock, self._sheets = threading.Lock(), threading.Lock()
         self._runs: dict[str, Run] = {}
         self._processes: dict[str, BaseProcess] = {}
         self._threads: list[threading.Thread] = []
@@ -177,6 +180,38 @@ class Runs:
         for thread in self._threads:
             thread.join(timeout=3.0)
 
+    def sheet_with_ticks(self, run_id: str) -> Path | None:
+        """Return the shop sheet of a result with the cuts that are done; None where none is."""
+        ticked = self._project.result(run_id, DONE)
+        if ticked is None or not json.loads(ticked.read_text(encoding="utf-8")):
+            return None
+        with self._sheets:
+            sheet = self._project.own(run_id, SHEET)
+            if sheet is None or sheet.stat().st_mtime_ns <= ticked.stat().st_mtime_ns:
+                if sheet is not None:
+                    sheet.unlink()  # older ticks are not shown where it cannot be drawn
+                self._aside("sheet", run_id)
+        return self._project.own(run_id, SHEET)
+
+    def _aside(self, verb: str, run_id: str) -> None:
+        """Run a command on a result in a separate process, with a limit to its memory, to its end."""
+        self._load()
+        ours, theirs = self._context.Pipe(duplex=False)
+        asked: dict[str, Any] = {}
+        arguments = (verb, asked, self._folders(run_id), self._memory_mb, theirs)
+        process = self._context.Process(target=work, args=arguments, daemon=True)
+        process.start()
+        theirs.close()
+        with contextlib.suppress(EOFError, OSError):
+            while ours.recv()[0] == "progress":
+                pass
+        process.join()
+
+    def _folders(self, run_id: str) -> tuple[str, ...]:
+        project = self._project
+        places = (project.folder, project.run_folder(run_id), project.own_folder(run_id))
+        return tuple(map(str, places))
+
     def prepare(self) -> None:
         """Load the modules of runs before the first is requested."""
         if not self._loaded:
@@ -245,7 +280,7 @@ class Runs:
             "job_sha256": None if made_of is None else _fingerprint(made_of),
             "job_changed": None if made_of is None or job is None else bool(changes),
             "changes": jsonable([each._asdict() for each in changes[:MOST_CHANGES]]),
-            "files": sorted(path.name for path in folder.iterdir() if path.is_file()) if whole else [],
+            "files": sorted(_written(folder)) if whole else [],
         }
 
     def _go(self, run: Run) -> None:
@@ -256,15 +291,7 @@ class Runs:
                 run.state, run.words = "running", "starting"
             self._load()
             ours, theirs = self._context.Pipe(duplex=False)
-            folders = tuple(
-                str(path)
-                for path in (
-                    self._project.folder,
-                    self._project.run_folder(run.id),
-                    self._project.own_folder(run.id),
-                )
-            )
-            arguments = (run.verb, run.asked, folders, self._memory_mb, theirs)
+            arguments = (run.verb, run.asked, self._folders(run.id), self._memory_mb, theirs)
             process = self._context.Process(target=work, args=arguments, daemon=True)
             with self._lock:
                 if run.state != "running":
@@ -309,6 +336,11 @@ class Runs:
             (own / STATE).write_text(json.dumps(kept), encoding="utf-8")
         elif run.state == "cancelled":
             self._project.forget(run.id)
+
+
+def _written(folder: Path) -> Iterator[str]:
+    """Yield the names of the files that a command wrote into a result's folder."""
+    return (path.name for path in folder.iterdir() if path.is_file() and path.name != DONE)
 
 
 def _changes(verb: str, was: dict[str, Any], now: dict[str, Any]) -> list[Difference]:

@@ -45,7 +45,7 @@ from autobalance.browser.opening import (
 )
 from autobalance.browser.project import RUN_ID, Project, TooLarge, is_plain, named_files
 from autobalance.browser.runs import Runs
-from autobalance.browser.work import VERBS
+from autobalance.browser.work import SHEET, VERBS
 from autobalance.errors import AutobalanceError
 from autobalance.job.from_options import differences
 from autobalance.toml_files.document import toml_of, toml_text
@@ -410,6 +410,8 @@ class Pages:
         name = request.path_params["name"]
         run = request.path_params["run"]
         path = self._of_run(run, name)
+        if path is not None and name.endswith(SHEET):
+            path = await run_in_threadpool(self._runs.sheet_with_ticks, run) or path
         told = self._runs.state_of(run)
         saved_as = name if told is None else saved_name(self._project, told, name)
         return file_of(path, saved_as, "show" in request.query_params)

@@ -33,6 +33,7 @@ VIEW = "view.bin"
 MODEL = "model.json"
 CARDS = "cards.json"
 WEBS = "webs.json"
+SHEET = "sheet.pdf"
 DRAWING = "dxf"
 REPORT = "report.json"
 SUMMARY = "summary.txt"
@@ -78,7 +79,7 @@ def work(verb: str, request: Asked, folders: tuple[str, ...], memory_mb: int, pi
         pipe.send(("progress", words, share))
 
     try:
-        code = VERBS[verb](request, Place(*(Path(each) for each in folders)), notify)
+        code = {**VERBS, **ASIDE}[verb](request, Place(*(Path(each) for each in folders)), notify)
         pipe.send(("done", code))
     except AutobalanceError as error:
         pipe.send(("failed", error.exit_code, Project(Path(folders[0])).as_named(str(error))))
@@ -397,6 +398,17 @@ def _report(place: Place, result: VerbResult) -> None:
     (place.results / REPORT).write_text(result.json(), encoding="utf-8")
 
 
+def _sheet(_: Asked, place: Place, _notify: Progress) -> int:
+    """Draw the shop sheet of a result again, with the cuts that are done."""
+    import autobalance as ab
+
+    for data in ab.sheet(place.results / REPORT).files().values():
+        place.keep(SHEET, data)
+    return 0
+
+
+ASIDE: dict[str, Callable[[Asked, Place, Progress], int]] = {"sheet": _sheet}
+"""Commands that the server itself runs on a result: no runs of their own."""
 VERBS: dict[str, Callable[[Asked, Place, Progress], int]] = {
     "inspect": _inspect,
     "scale": _scale,

@@ -23,6 +23,8 @@ from autobalance.user_folders import shop_file
 Sense = Literal["forward", "backward"]
 Kind = Literal["plain", "articulated"]
 VERBS = "forces, shafts, cycle, orders"
+OF_WEIGHTS = "balance, compare, recut, study, batch, factor, parts"
+"""Verbs that read the weights of rods: also those of link rods and of a rod measured from its solid."""
 
 BANK_DEG = Key(
     "bank_deg",
@@ -63,7 +65,7 @@ LINK = Key(
     says="link rods on this throw's master rod, in an articulated engine",
     many=True,
     default=(),
-    verbs=VERBS,
+    verbs=f"{OF_WEIGHTS}, {VERBS}",
     keys=(
         Key("cylinder", int, "number of the cylinder in the engine", COUNTED),
         Key("bank_deg", float, "direction of its cylinder"),
@@ -90,7 +92,7 @@ ROD = Key(
     keys=ON_SCALES,
     forms=(Key("", says="on two scales", keys=ON_SCALES), SOLID_ROD),
     default=None,
-    verbs="forces, shafts, parts, cycle",
+    verbs=f"{OF_WEIGHTS}, forces, shafts, cycle",
 )
 BOLTED = (
     Key("name", str, "name of the shaft"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -151,16 +151,29 @@ def table(
 # Tables of the cuts, one line each, and of their slugs.
 
 
-def cut_table(items: Sequence[Item], u: DisplayUnits, wide_mm: float, zero: Zero) -> Flowable:
+def cut_table(
+    items: Sequence[Item], u: DisplayUnits, wide_mm: float, zero: Zero, done: Mapping[int, str]
+) -> Flowable:
     """Return a table of every cut, angles in both senses, depths with and without the point."""
-    columns = [Column("No", 7.5), *cut_columns(u, zero)]
-    return table(wide_mm, columns, [cut_row(item, u, zero) for item in items])
+    columns = [Column("No", 7.5), *cut_columns(u, zero), *_done_column(done)]
+    return table(wide_mm, columns, [[*cut_row(item, u, zero), *_done(item, done)] for item in items])
 
 
-def pad_table(items: Sequence[Item], u: DisplayUnits, wide_mm: float, zero: Zero) -> Flowable:
+def _done_column(done: Mapping[int, str]) -> list[Column]:
+    return [Column("done", 19.0)] if done else []
+
+
+def _done(item: Item, done: Mapping[int, str]) -> list[str]:
+    """Return the time at which a cut was done; empty while it is not, nothing where none is."""
+    return [done.get(int(item["number"]), "")] if done else []
+
+
+def pad_table(
+    items: Sequence[Item], u: DisplayUnits, wide_mm: float, zero: Zero, done: Mapping[int, str]
+) -> Flowable:
     """Return a table of every pad: as for cuts, with a height, without tool and point."""
-    columns = [Column("No", 7.5), *cut_columns(u, zero)]
-    rows = [cut_row(item, u, zero) for item in items]
+    columns = [Column("No", 7.5), *cut_columns(u, zero), *_done_column(done)]
+    rows = [[*cut_row(item, u, zero), *_done(item, done)] for item in items]
     of_tools = [f"diameter\n{u.length}", f"with point\n{u.length}"]
     shown = [k for k, column in enumerate(columns) if column.title not in of_tools]
     titles = {"cut": "pad", f"depth\n{u.length}": f"height\n{u.length}"}

@@ -16,7 +16,11 @@ def _sheet(material: Material) -> dict[str, bytes]:
     from autobalance.paper.sheet import pdf
 
     choice, report = material.choice, material.report
-    return {"pdf": pdf(report, material.drawings, choice.paper, choice.units, choice.date, choice.zero)}
+    return {
+        "pdf": pdf(
+            report, material.drawings, choice.paper, choice.units, choice.date, choice.zero, choice.done
+        )
+    }
 
 
 def _certificate(material: Material) -> dict[str, bytes]:

@@ -182,6 +182,7 @@ def pdf(
     units: UnitSystem = "metric",
     date: str = "",
     zero: ZeroChoice = "keyway",
+    done: Mapping[int, str] | None = None,
 ) -> bytes:
     """Return the shop sheet.
 
@@ -196,6 +197,8 @@ def pdf(
         Printed on each page.
     zero : {"keyway", "crankpin"}
         From where its angles count; without a keyway from crankpin 1.
+    done : mapping or None
+        Times of the cuts that are done, by their numbers: a column of the table of cuts.
 
     Returns
     -------
@@ -206,23 +209,28 @@ def pdf(
     report = with_design_radii(report)
     name = "Above tolerance: what to do" if report["outcome"] == "above_tolerance" else "Shop sheet"
     sheet = Sheet(report, ON_PAPER[units], date, wide, high, name)
-    pages, scale, data = _built(sheet, paper, zero, drawings, ROOMS[0])
+    pages, scale, data = _built(sheet, paper, zero, drawings, ROOMS[0], done)
     if drawings is None or len(drawings.webs) < 2 or len(report["corrections"]) > MAX_CUTS_FOR_LESSER_SHARES:
         return data
     for room in ROOMS[1:]:
         if pages <= LEAST_PAGES:
             break
-        fewer, less, smaller = _built(sheet, paper, zero, drawings, room)
+        fewer, less, smaller = _built(sheet, paper, zero, drawings, room, done)
         if fewer < pages and less >= MIN_SCALE_RATIO * scale:
             pages, data = fewer, smaller
     return data
 
 
 def _built(
-    sheet: Sheet, paper: Paper, zero: ZeroChoice, drawings: Drawings | None, room: float
+    sheet: Sheet,
+    paper: Paper,
+    zero: ZeroChoice,
+    drawings: Drawings | None,
+    room: float,
+    done: Mapping[int, str] | None,
 ) -> tuple[int, float, bytes]:
     """Return the number of pages, the smallest scale of a web, and the PDF, for some share of a page each."""
-    story = _Story(sheet, zero, room)
+    story = _Story(sheet, zero, room, done or {})
     parts = story.parts_of(drawings)
     templates = [template("first", sheet, sheet.block_mm + 2.0), template("later", sheet, 0.0)]
     pages, data = written(sheet, paper, templates, parts)
@@ -232,13 +240,13 @@ def _built(
 class _Story:
     """The parts of the pages, in order."""
 
-    def __init__(self, sheet: Sheet, choice: ZeroChoice, room: float) -> None:
+    def __init__(self, sheet: Sheet, choice: ZeroChoice, room: float, done: Mapping[int, str]) -> None:
         self.sheet, self.report, self.u = sheet, sheet.report, sheet.units
         self.zero, self.cheeks = Zero.of(self.report, choice), cheeks(self.report)
         self.items: Sequence[Mapping[str, Any]] = sheet.report["corrections"]
         self.wide_mm = sheet.wide_mm - 2.0 * MARGIN_MM
         self.page_mm = sheet.high_mm - sheet.head_mm - FOOT_MM
-        self.room = room
+        self.room, self.done = room, done
         self.parts: list[Flowable] = [NextPageTemplate("later")]
         self.views: list[PlateView] = []
 
@@ -320,14 +328,17 @@ class _Story:
         self._room(30.0)
         cuts, pads = kinds.apart(self.items)
         if cuts:
-            self.parts += [self._heading(f"Cuts: {len(cuts)}"), cut_table(cuts, u, self.wide_mm, self.zero)]
+            self.parts += [
+                self._heading(f"Cuts: {len(cuts)}"),
+                cut_table(cuts, u, self.wide_mm, self.zero, self.done),
+            ]
             self._gap(0.8)
             self.parts.append(prose(OF_CUTS, SMALLEST_PT))
         if pads:
             self._room(20.0)
             self.parts += [
                 self._heading(f"Metal to add: {len(pads)} pad{'s' * (len(pads) > 1)}"),
-                pad_table(pads, u, self.wide_mm, self.zero),
+                pad_table(pads, u, self.wide_mm, self.zero, self.done),
             ]
             self._gap(0.8)
             self.parts.append(prose(OF_PADS, SMALLEST_PT))

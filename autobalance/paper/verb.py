@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +25,29 @@ if TYPE_CHECKING:
 
 SHEETS = {name: KINDS[name].files[name] for name in ("pdf", "dxf")}
 """The kinds that a report and its solid are enough for → their files."""
+
+
+DONE = "done.json"
+"""File beside a report with the cuts that are done: number to time, ISO 8601."""
+
+
+def cuts_done(folder: Path) -> dict[int, str]:
+    """Return the cuts of a result that are done: number to time, here and to the minute.
+
+    Raises
+    ------
+    FormatError
+        If the file is not a table of numbers and times.
+    """
+    path = folder / DONE
+    if not path.is_file():
+        return {}
+    try:
+        told = json.loads(path.read_text(encoding="utf-8"))
+        times = {int(number): datetime.fromisoformat(time) for number, time in told.items()}
+    except (AttributeError, TypeError, ValueError):
+        raise FormatError(f"{DONE} is invalid; expected the time of each number of a cut") from None
+    return {number: time.astimezone().strftime("%m-%d %H:%M") for number, time in sorted(times.items())}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -76,6 +101,7 @@ def sheet(
 ) -> SheetResult:
     """Draw the shop sheet of a report again, on other paper or in other units; nothing is measured.
 
+    Cuts that the app ticked as done, in ``done.json`` beside the report, have their times on it.
     Outlines are those of the corrected solid; the cuts are drawn as the report lists them.
 
     Parameters
@@ -108,7 +134,7 @@ def sheet(
     from autobalance.verification.earlier_stage import earlier_stage
 
     path = Path(report)
-    choice = _choice(only, paper, units or "metric", zero, date)
+    choice = replace(_choice(only, paper, units or "metric", zero, date), done=cuts_done(path.parent))
     left = earlier_stage(path)
     values: Values = dict(left.values)
     values["reason"] = with_parts(values.get("reason"), values.get("reason_parts"))

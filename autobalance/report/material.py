@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -18,13 +19,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Choice:
-    """Chosen kinds of files, paper, units, date on the pages, and zero of the angles."""
+    """Chosen kinds of files, paper, units, date on the pages, zero of the angles, and cuts that are done.
+
+    ``done`` has the time of each cut that is done, as it is printed, by its number.
+    """
 
     kinds: Collection[str]
     paper: Any = "A4"
     units: Any = "metric"
     date: str = ""
     zero: Any = "keyway"
+    done: Mapping[int, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,21 +5,29 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import pytest
 
 from autobalance import job
-from autobalance.balancing import engine_from_job
+from autobalance.balancing import engine_from_job, rotor_from_job
 from autobalance.balancing.measured import Crank
 from autobalance.balancing.measured_crank import measure_crank
 from autobalance.errors import JobError
+from autobalance.job.layout import LINK, ROD
 from autobalance.running_gear.roll import shaking_force, turn_loads
 from autobalance.runtime import Stopwatch
 from autobalance.solid.mesh.mesh import Mesh
 from tests.generated import generated_crank
 
+if TYPE_CHECKING:
+    from autobalance.crank.anatomy import Anatomy
+
+THROW = SimpleNamespace(
+    number=1, crank_radius_mm=40.0, angle_rad=0.0, crankpin=SimpleNamespace(centre_mm=(40.0, 0.0, 0.0))
+)
 RAW: dict[str, Any] = {
     "crankshaft": {"file": "crank.stl", "unit": "mm", "density_kg_m3": 7850.0},
     "engine": {
@@ -75,6 +83,23 @@ def given(values: Any) -> Any:
     if isinstance(values, dict):
         return {key: given(value) for key, value in values.items() if value is not None}
     return [given(value) for value in values] if isinstance(values, list) else values
+
+
+def test_what_changes_bob_weights_names_balance_among_its_verbs() -> None:
+    """Link rods have weights of their own, and a rod measured from its solid puts its weights in."""
+    layout = {"kind": "articulated", "bank_deg": [0.0]}
+    link = {"cylinder": 2, "bank_deg": 72.0, "rod_length_mm": 110.0, "knuckle_radius_mm": 30.0}
+    link["knuckle_angle_deg"] = 72.0
+    bob_weights: list[float] = []
+    for grams in (400.0, 460.0):
+        throw = {"number": 1, "rods": 2, "link": [{**link, "rotating_g": grams}]}
+        engine = {**RAW["engine"], "layout": layout, "throw": [throw]}
+        read = job.Job.from_dict({**RAW, "engine": engine})
+        crank = SimpleNamespace(throws=[THROW])
+        bob_weights += rotor_from_job.fitted_bob_weights_g(read, cast("Anatomy", crank), 0.5)
+    assert bob_weights[1] - bob_weights[0] == pytest.approx(60.0)
+    for key in (LINK, ROD):
+        assert {"balance", "recut", "compare", "factor"} <= set(key.read_by)
 
 
 def test_a_described_layout_reads_back_as_itself() -> None:

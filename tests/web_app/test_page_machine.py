@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import io
 import json
+import re
 from datetime import UTC, datetime
 from typing import Any
 
 import pytest
+from pypdf import PdfReader
 
+import autobalance as ab
 from tests.report.browser import Browser
 from tests.web_app import small
 from tests.web_app.page import BROWSER, at, latest, load, nothing_wrong, put, text_of, until
@@ -100,6 +104,18 @@ TICKS = (
 )
 
 
+def sheet_rows(app: Served, run: str) -> list[str]:
+    return rows_of(app.ask(f"/api/runs/{run}/files/sheet.pdf").body)
+
+
+def rows_of(sheet: bytes) -> list[str]:
+    """Return the rows of the cuts in the table of a shop sheet."""
+    text = PdfReader(io.BytesIO(sheet)).pages[0].extract_text()
+    rows = [line.strip() for line in text.splitlines() if re.match(r"\s*\d+ +Drilled hole", line)]
+    assert len(rows) == 2
+    return rows
+
+
 def test_a_cut_that_is_done_is_ticked_with_its_time_and_another_screen_follows(
     page: Browser, project: Served
 ) -> None:
@@ -136,6 +152,11 @@ def test_a_cut_that_is_done_is_ticked_with_its_time_and_another_screen_follows(
         page.call("POST", "/refresh", {})
         until(page, "return document.body.dataset.ready === 'true'")
         assert page.run(TICKS) == ticks  # kept with the result
+        done = [datetime.fromisoformat(each).astimezone().strftime("%m-%d %H:%M") for each in ticks.values()]
+        assert [row[-len("mm-dd hh:mm") :] for row in sheet_rows(project, run)] == done
+        drawn_again = ab.sheet(project.project / "runs" / run / "report.json").files()["sheet.pdf"]
+        assert [row[-len("mm-dd hh:mm") :] for row in rows_of(drawn_again)] == done
+        assert "done.json" not in project.ask(f"/api/runs/{run}").json["files"]
     finally:
         page.call("POST", "/window", {"handle": screen})
         page.call("DELETE", "/window")
@@ -143,5 +164,6 @@ def test_a_cut_that_is_done_is_ticked_with_its_time_and_another_screen_follows(
         for number in (1, 2):
             project.ask(f"/api/runs/{run}/ticks", {"number": number, "done": False}, "PUT")
     assert project.ask(f"/api/runs/{run}/ticks").json["ticks"] == {}
+    assert not any(re.search(r"\d\d:\d\d$", row) for row in sheet_rows(project, run))
     assert project.ask(f"/api/runs/{run}/ticks", {"number": 3, "done": True}, "PUT").status == 400
     assert project.ask(f"/api/runs/{run}/ticks", {"number": True, "done": True}, "PUT").status == 400
