@@ -242,3 +242,44 @@ def test_what_is_typed_has_no_digits_that_nobody_typed(page: Browser) -> None:
     text = job_text(page, "max_depth_mm")
     assert tomllib.loads(text)["correction"]["drill"]["max_depth_mm"] == 7.3
     assert not re.search(r"\d\.\d{7,}", text)
+
+
+def test_the_jobs_text_is_folded_and_whole_once_it_is_unfolded(page: Browser, project: Served) -> None:
+    text = "document.getElementById('job-text')"
+    page.run("document.getElementById('job-box').open = false")
+    load(page, project)
+    for step in STEPS:
+        page.click_on(at(f"tab-{step}"))
+        assert page.run("return document.getElementById('job-box').open") is False
+        assert page.run(f"return {text}.checkVisibility()") is False
+    page.run("document.getElementById('job-box').open = true")
+    shown, whole = page.run(f"return [{text}.clientHeight, {text}.scrollHeight]")
+    assert shown == whole > 200  # one scroller: the panel's
+    assert 'method = "drill"' in page.run(f"return {text}.textContent")
+
+
+OVER = """
+const boxes = [...document.querySelectorAll(arguments[0])]
+  .filter(each => each.getClientRects().length && getComputedStyle(each).opacity > 0)
+  .map(each => [each.textContent, each.getBoundingClientRect()]);
+return boxes.flatMap(([one, a], k) => boxes.slice(k + 1)
+  .filter(([, b]) => a.left < b.right - 1 && b.left < a.right - 1)
+  .filter(([, b]) => a.top < b.bottom - 1 && b.top < a.bottom - 1)
+  .map(([other]) => `${one} over ${other}`));
+"""
+
+
+@pytest.mark.parametrize("view", [1, 2, 3, 4])
+def test_no_number_or_label_of_the_model_lies_over_another(page: Browser, view: int) -> None:
+    """Two holes of the small crank stand one behind the other in the end views."""
+    page.click_on(at("tab-see"))
+    until(page, "return document.querySelectorAll('.handle').length > 1")
+    page.click_on("[data-testid=tool-degrees]")
+    page.click_on(f"#views button:nth-child({view})")
+    time.sleep(0.4)  # the view has turned
+    try:
+        assert page.run(OVER, ".handle") == []
+        assert page.run(OVER, "#wheel-names > *") == []
+    finally:
+        page.click_on("[data-testid=tool-degrees]")
+        page.click_on("#views button:nth-child(1)")

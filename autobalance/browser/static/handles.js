@@ -46,26 +46,49 @@ function follow() {
   $("dragged-root").dataset.away = String($("handles").hidden);
   if ($("handles").hidden) return;
   const width = $("handles").clientWidth, height = $("handles").clientHeight;
-  hands.forEach((hand, place) => {
+  const at = hands.map((hand, place) => {
     const cut = given.cuts[place], { depth, turn } = given.at(place);
     const [x, y, near] = view.placed(floor(cut, depth, turn));
-    hand.style.setProperty("left", `${x.toFixed(1)}px`);
-    hand.style.setProperty("top", `${y.toFixed(1)}px`);
     hand.style.setProperty("z-index", String(Math.round(500 * (1 + near))));
     hand.hidden = x < 0 || y < 0 || x > width || y > height;
+    return { hand, x, y, near };
   });
+  for (const { hand, x, y } of apart(at)) {
+    hand.style.setProperty("left", `${x.toFixed(1)}px`);
+    hand.style.setProperty("top", `${y.toFixed(1)}px`);
+  }
   if (!view.turning) hide();
 }
 
+// Numbers beside one another: one that would lie over a nearer one goes aside; those that metal hides take no room.
+const TRIES = 12;
+function apart(at) {
+  const wide = (hands[0]?.offsetWidth || 0) + 2, put = [];
+  const isSeen = ({ hand }) => !hand.hidden && hand.dataset.behind !== "true";
+  for (const each of [...at].sort((one, other) => other.near - one.near)) {
+    for (let k = 0; isSeen(each) && k < TRIES; k++) {
+      const other = put.find((one) => Math.abs(one.x - each.x) < wide && Math.abs(one.y - each.y) < wide);
+      if (!other) break;
+      const sideways = Math.abs(each.x - other.x) >= Math.abs(each.y - other.y);
+      if (sideways) each.x = other.x + (each.x < other.x ? -wide : wide);
+      else each.y = other.y + (each.y < other.y ? -wide : wide);
+    }
+    if (isSeen(each)) put.push(each);
+  }
+  return at;
+}
+
 // Hide the numbers that metal is before, some at a time: three rays a cut through a large crank take long.
-let hiding = 0;
+let hiding = 0, shifted = false;
 function hide(place = 0, mine = ++hiding) {
   if (mine !== hiding || view.turning) return;
   const until = performance.now() + SLICE_MS;
   for (; place < hands.length && performance.now() < until; place++) {
     const { depth, turn } = given.at(place), at = [-CLEAR_MM, depth - CLEAR_MM, depth + CLEAR_MM]; // of two at a face, one is in metal
-    hands[place].dataset.behind = String(!at.some((deep) => view.sees(floor(given.cuts[place], deep, turn))));
+    const behind = String(!at.some((deep) => view.sees(floor(given.cuts[place], deep, turn))));
+    if (hands[place].dataset.behind !== behind) { hands[place].dataset.behind = behind; shifted = true; }
   }
+  if (place >= hands.length && shifted) { shifted = false; follow(); }
   if (place < hands.length) requestAnimationFrame(() => hide(place, mine));
 }
 

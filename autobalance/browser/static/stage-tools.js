@@ -6,6 +6,7 @@ import { mount, redraw, signal } from "/static/store.js";
 import { angleText, fromZero, sign, zeroDeg } from "/static/zero.js";
 import { t } from "/static/words.js";
 
+const EDGE_ON = 0.35; // component along the axis below which the wheel is seen from its edge
 let view = null;
 const isWheel = signal(false), isSection = signal(false), isMeasure = signal(false);
 const points = signal([]); // at most two that were clicked: { point, round }
@@ -100,6 +101,7 @@ function put(each, point) {
 }
 function follow() {
   if (drawn) {
+    $("wheel-names").hidden = Math.abs(view.eye()[2]) < EDGE_ON; // from the side they would lie over one another
     const z = view.eye()[2] < 0 ? drawn.z[0] : drawn.z[1];
     if (drawn.lines.position.z !== z) { drawn.lines.position.z = z; view.draw(); }
     names.forEach((degrees, k) => { const [x, y] = way(degrees); put($("wheel-names").children[k], [NAME * drawn.radius * x, NAME * drawn.radius * y, z]); });
