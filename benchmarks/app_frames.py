@@ -1,8 +1,8 @@
-"""Measure the app's view under software rendering: opening, frames a second, picking, at many triangles.
+"""Measure the app's view under software rendering: opening, frames a second, picking, dragging a hole.
 
 Run from a checkout with Chromium and its driver: ``python benchmarks/app_frames.py [TRIANGLES | FILE ...]``,
-files that carry their unit. The processor time of a frame is that of all processes of the browser: what it
-takes without a graphics card.
+files that carry their unit; ``drag TRIANGLES`` measures a drag alone. The processor time of a frame is that
+of all processes of the browser: what it takes without a graphics card.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from urllib.parse import quote
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "benchmarks")]
@@ -76,8 +77,34 @@ return [took[picks >> 1], took[Math.floor(0.99 * picks)]];
 """
 
 
+WATCH = """
+window.tasks = []; window.gaps = [];
+new PerformanceObserver(list => { for (const each of list.getEntries()) window.tasks.push(each.duration); })
+  .observe({ type: "longtask" });
+let last = 0;
+const step = (now) => { if (last) window.gaps.push(now - last); last = now; requestAnimationFrame(step); };
+requestAnimationFrame(step);
+"""
+HELD = """
+const hand = document.querySelector(".handle:not([data-behind=true])");
+const { left, top, width, height } = hand.getBoundingClientRect();
+return [left + width / 2, top + height / 2];
+"""
+MOVES, MOVE_MS, FAR_PX = 120, 30, 60
+DRILLED = {
+    "engine": {"rotating_g": {"rod": 250.0}, "reciprocating_g": {"piston": 300.0}},
+    "balance": {"factor": 0.3, "grade": 6.3, "speed_rpm": 6000.0},
+    "correction": {"method": "drill"},
+}
+
+
 def main() -> None:
     """Measure each file, and a drawn crank of each number of triangles."""
+    if sys.argv[1:2] == ["drag"]:
+        for wanted in sys.argv[2:]:
+            with tempfile.TemporaryDirectory() as folder:
+                print(dragging(drawn(int(wanted), Path(folder), "single"), Path(folder)), flush=True)
+        return
     for wanted in sys.argv[1:] or ["100000", "1000000"]:
         with tempfile.TemporaryDirectory() as folder:
             place = Path(folder)
@@ -85,13 +112,13 @@ def main() -> None:
             print(f"{crank.name}: {opened(crank, place)}", flush=True)
 
 
-def drawn(triangles: int, place: Path) -> Path:
-    """Write a four in line of about so many triangles, named by their number."""
+def drawn(triangles: int, place: Path, preset: str = "inline-4") -> Path:
+    """Write a crank of about so many triangles, named by their number."""
     crank = place / "crank.stl"
-    write_stl(crank, crank_solid(PRESETS["inline-4"], round(128 * (triangles / 53_000) ** 0.5)).mesh.corners)
+    write_stl(crank, crank_solid(PRESETS[preset], round(128 * (triangles / 53_000) ** 0.5)).mesh.corners)
     splits = max(0, round(math.log(triangles / (crank.stat().st_size / BYTES_A_TRIANGLE), 4.0)))
     corners = subdivided(crank, splits)
-    named = place / f"inline-4 of {len(corners)} triangles.stl"
+    named = place / f"{preset} of {len(corners)} triangles.stl"
     write_stl(named, corners)
     return named
 
@@ -137,6 +164,49 @@ def frames(page: Browser) -> str:
         f" at most {longest:.0f} ms apart; "
         f"picking {middle:.2f} ms, 99 of 100 under {most:.1f} ms"
     )
+
+
+def dragging(crank: Path, place: Path) -> str:
+    """Drill a crank, drag one of its holes with a real pointer, and tell the tasks that this took."""
+    with served(place / "project") as app, browser(place / "profile", pixels=1.0) as page:
+        page.resize(1400, 900)
+        app.ask(f"/api/files?name={quote(crank.name)}", crank.read_bytes())
+        table = {"file": crank.name, "unit": "mm", "density_kg_m3": 7850.0}
+        job = {"crankshaft": table, **DRILLED}
+        app.ask("/api/job", job, "PUT")
+        for verb in ("inspect", "balance"):
+            app.ended(app.ask("/api/runs", {"verb": verb, "job": job}).json["id"], 900.0)
+        load(page, app)
+        page.click_on(at("tab-see"))
+        until(page, "return document.querySelectorAll('.handle:not([data-behind=true])').length > 0")
+        triangles = page.run("return document.getElementById('model').dataset.triangles")
+        time.sleep(2.0)
+        page.run(WATCH)
+        x, y = page.run(HELD)
+        moves = [
+            {
+                "type": "pointerMove",
+                "duration": MOVE_MS,
+                "x": round(x + FAR_PX * math.sin(k / 15)),
+                "y": round(y + FAR_PX * math.sin(k / 11)),
+            }
+            for k in range(MOVES)
+        ]
+        grip = [{"type": "pointerMove", "duration": 0, "x": round(x), "y": round(y)}]
+        acts = [*grip, {"type": "pointerDown", "button": 0}, *moves, {"type": "pointerUp", "button": 0}]
+        before = processor_s()
+        page.call("POST", "/actions", {"actions": [{"type": "pointer", "id": "mouse", "actions": acts}]})
+        took = processor_s() - before
+        moved = page.run("return !document.getElementById('dragged').hidden")
+        tasks, gaps = page.run("return [window.tasks, window.gaps]")
+        gaps.sort()
+        longest = f", longest {max(tasks):.0f} ms" if tasks else ""
+        return (
+            f"{triangles} triangles: hole dragged {MOVES} times{'' if moved else ' (not moved!)'}, "
+            f"{1000.0 * took / MOVES:.0f} ms of processor time each; tasks over 50 ms: {len(tasks)}"
+            f"{longest}; frames {gaps[len(gaps) // 2]:.0f} ms apart, "
+            f"95 of 100 under {gaps[int(0.95 * len(gaps))]:.0f} ms"
+        )
 
 
 def processor_s() -> float:

@@ -1,11 +1,14 @@
 """Take the pictures of docs/app.md: the app in a browser without a screen, used as its page describes.
 
 Run from a checkout, with Chromium and its driver installed: ``python docs/make_app_pictures.py``. It writes
-``docs/app-*.png``; ``docs/app-see.png`` is the picture for the README.
+``docs/app-*.png``; ``docs/app-see.png`` is the picture for the README. With ``examples`` it takes the
+pictures of the examples that the app begins with.
 """
 
 from __future__ import annotations
 
+import base64
+import io
 import sys
 import tempfile
 import time
@@ -15,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from tests.report.browser import Browser, browser  # noqa: E402
-from tests.web_app.page import at, opened, outcome, put, until  # noqa: E402
+from tests.web_app.page import READY, at, opened, outcome, put, until  # noqa: E402
 from tests.web_app.serving import served  # noqa: E402
 
 JOB = ROOT / "fixtures" / "crf250r" / "drafted" / "factor-0.28.toml"
@@ -26,8 +29,42 @@ COLOURS = 128
 """Of a picture's palette: a quarter of the size."""
 
 
+STATIC = ROOT / "autobalance" / "browser" / "static"
+EXAMPLES = {"bundled": "example-motocross", "example-v8": "example-v8"}
+"""Button of an example in the app → its picture, as wide and high as the app takes of any crank."""
+TAKEN = """
+const [file, done] = arguments;
+fetch(`/api/cranks/picture?file=${encodeURIComponent(file)}`).then(each => each.arrayBuffer())
+  .then(bytes => done(btoa(String.fromCharCode(...new Uint8Array(bytes)))));
+"""
+
+
+def examples() -> None:
+    """Take the pictures of the examples, as the app keeps one of every crank."""
+    from PIL import Image
+
+    for button, name in EXAMPLES.items():
+        with tempfile.TemporaryDirectory() as folder:
+            place = Path(folder)
+            with served(place / "project") as app, browser(place / "profile", pixels=2.0) as page:
+                page.resize(*SIZE)
+                page.call("POST", "/url", {"url": app.address})
+                until(page, "return document.body.dataset.ready === 'true'")
+                page.click_on(at(button))
+                until(page, READY)
+                file = app.ask("/api/project").json["job"]["crankshaft"]["file"]
+                while not app.ask("/api/cranks").json["cranks"].get(file, {}).get("picture"):
+                    time.sleep(0.1)
+                data = page.call("POST", "/execute/async", {"script": TAKEN, "args": [file]})
+                picture = Image.open(io.BytesIO(base64.b64decode(data)))
+                picture.quantize(COLOURS).save(STATIC / f"{name}.png", optimize=True)
+
+
 def main() -> None:
     """Take all pictures."""
+    if sys.argv[1:] == ["examples"]:
+        examples()
+        return
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
         with served(place / "project", str(JOB)) as app, browser(place / "profile", pixels=1.0) as page:
@@ -86,8 +123,6 @@ def _dark(page: Browser, on: bool) -> None:
 
 
 def _shot(page: Browser, name: str) -> None:
-    import io
-
     from PIL import Image
 
     time.sleep(0.8)  # the view draws in its own time

@@ -14,7 +14,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from autobalance.browser.guard import body_of, refused
+from autobalance.browser.guard import body_of, file_of, refused
 from autobalance.browser.project import APP_FOLDER, free
 from autobalance.errors import FormatError, file_errors
 from autobalance.types import Array
@@ -28,6 +28,10 @@ if TYPE_CHECKING:
 FILE = "cranks.json"
 LONGEST_NAME = 80
 NOT_IN_NAMES = re.compile(r'[\\/:*?"<>|]')
+PICTURES = "pictures"
+"""Folder of the cranks' small pictures, ``CRANK.png`` each."""
+PNG = b"\x89PNG\r\n\x1a\n"
+LARGEST_PICTURE = 1 << 18
 
 
 @dataclass(frozen=True)
@@ -130,11 +134,41 @@ class CrankNames:
         return [
             Route("/api/cranks", self.read),
             Route("/api/cranks", self.rename, methods=["PUT"]),
+            Route("/api/cranks/picture", self.picture),
+            Route("/api/cranks/picture", self.keep_picture, methods=["PUT"]),
         ]
 
     def told(self) -> dict[str, dict[str, str | float]]:
-        """Return the facts about the cranks, as the page has them."""
-        return {name: asdict(each) for name, each in known_cranks(self._project).items()}
+        """Return the facts about the cranks, as the page has them; ``picture`` changes with the picture."""
+        pictured = {
+            path.name.removesuffix(".png"): float(path.stat().st_mtime_ns)
+            for path in (self._project.folder / APP_FOLDER / PICTURES).glob("*.png")
+        }
+        here = {name: KnownCrank() for name in pictured if self._project.file(name) is not None}
+        known = here | known_cranks(self._project)
+        return {name: {**asdict(each), "picture": pictured.get(name, 0.0)} for name, each in known.items()}
+
+    async def picture(self, request: Request) -> Response:
+        """Give the small picture of a crank."""
+        file = request.query_params.get("file", "")
+        path = self._project.folder / APP_FOLDER / PICTURES / f"{file}.png"
+        return file_of(path if self._project.file(file) is not None and path.is_file() else None)
+
+    async def keep_picture(self, request: Request) -> Response:
+        """Keep a small picture of a crank, as the page's view shows it."""
+        file = request.query_params.get("file", "")
+        if self._project.file(file) is None:
+            return refused("file must be the name of a file in the project", 400)
+        data = b""
+        async for chunk in request.stream():
+            data += chunk
+            if len(data) > LARGEST_PICTURE:
+                return refused(f"a picture must have at most {LARGEST_PICTURE} bytes", 413)
+        if not data.startswith(PNG):
+            return refused("the body must be a PNG", 400)
+        (self._project.folder / APP_FOLDER / PICTURES).mkdir(parents=True, exist_ok=True)
+        self._project.write_bytes(f"{APP_FOLDER}/{PICTURES}/{file}.png", data)
+        return JSONResponse({"cranks": self.told()})
 
     async def read(self, _: Request) -> Response:
         """Return the facts about the project's cranks."""

@@ -160,7 +160,7 @@ class Live:
         return self._own(request.path_params["run"], VIEW)
 
     async def webs(self, request: Request) -> Response:
-        """Return the webs of a result as the sheet draws them: title, labels of the cuts, SVG."""
+        """Return webs and sections of a result as the sheet draws them: kind, title, labels, SVG."""
         return self._own(request.path_params["run"], WEBS)
 
     async def model(self, request: Request) -> Response:

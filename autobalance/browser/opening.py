@@ -28,6 +28,22 @@ ENGINES: Mapping[str, Mapping[str, Any]] = {
     "v12-60": {"rods_per_throw": 2, "layout": {"bank_deg": [-30.0, 30.0]}},
 }
 """Engines of the presets that are drawn, where they are not one rod a throw in line."""
+EXAMPLES: Mapping[str, Mapping[str, Any]] = {
+    "v8-crossplane": {
+        "engine": {
+            "rotating_g": {"connecting_rod_big_end": 150.0, "big_end_bearing": 18.0},
+            "reciprocating_g": {
+                "connecting_rod_small_end": 60.0,
+                "piston": 170.0,
+                "wrist_pin": 60.0,
+                "rings_clips_oil": 24.0,
+            },
+        },
+        "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 6500.0},
+        "correction": {"method": "drill"},
+    }
+}
+"""Weights and targets of the presets that are examples too."""
 WORKBOOK_MB = 1024
 """Memory in which a workbook that was uploaded must be read."""
 
@@ -62,14 +78,18 @@ def _open_folder(folder: Path, project: Project) -> None:
         open_job(next((path for path in jobs if path.name == JOB), jobs[0]), project)
 
 
-def open_example(name: str | None, project: Project) -> None:
+def open_example(name: str | None, project: Project, is_weighed: bool = False) -> None:
     """Make the bundled crank with its job the project's, or a crank drawn from a preset's dimensions.
+
+    ``is_weighed``: with the weights of an example, `EXAMPLES`.
 
     Raises
     ------
     AutobalanceError
-        If there is no such preset.
+        If there is no such preset, or no weights of it.
     """
+    if is_weighed and name not in EXAMPLES:
+        raise FormatError(f"{name} has no weights; expected one of {', '.join(EXAMPLES)}")
     if name is None:
         bundled = bundled_folder() / "crf250r" / "drafted"
         open_job(bundled / "factor-0.28.toml", project)
@@ -83,8 +103,10 @@ def open_example(name: str | None, project: Project) -> None:
         (path,) = (each for each in drawn.write(folder) if each.suffix == ".stl")
         kept = project.copied(path)
     table = {"file": kept, "unit": "mm", "density_kg_m3": drawn.design.density_kg_m3}
-    engine = {"engine": ENGINES[name]} if name in ENGINES else {}
-    project.write_job(toml_text({**_for_another(project), "crankshaft": table, **engine}))
+    tables = dict(EXAMPLES[name]) if is_weighed else {}
+    engine = {**ENGINES.get(name, {}), **tables.pop("engine", {})}
+    own = {"crankshaft": table, **({"engine": engine} if engine else {}), **tables}
+    project.write_job(toml_text({**_for_another(project), **own}))
 
 
 def open_crank(name: str, project: Project) -> None:

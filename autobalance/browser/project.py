@@ -112,8 +112,11 @@ class Project:
 
     def write_text(self, name: str, text: str) -> None:
         """Keep the text of a file of the project; whole, and never through a link."""
+        self.write_bytes(name, text.encode())  # an error of the text leaves no file behind
+
+    def write_bytes(self, name: str, data: bytes) -> None:
+        """Keep a file of the project; whole, and never through a link."""
         waiting = self.folder / f"{UPLOAD_PREFIX}{secrets.token_hex(6)}.part"
-        data = text.encode()  # before there is a file that an error would leave behind
         waiting.write_bytes(data)
         waiting.replace(self.folder / name)
 

@@ -20,6 +20,7 @@ from autobalance.browser.analyses import ANALYSES, AnalysisFiles, wrong_request
 from autobalance.browser.bundle import script, style
 from autobalance.browser.cranks import CrankNames, saved_name
 from autobalance.browser.guard import (
+    PICTURES,
     TOKEN_HEADER,
     Guard,
     Keys,
@@ -51,7 +52,7 @@ from autobalance.job.from_options import differences
 from autobalance.toml_files.document import toml_of, toml_text
 from autobalance.version import __version__
 
-TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".json": "application/json"}
+TYPES = {".js": "text/javascript", ".css": "text/css", ".json": "application/json", **PICTURES}
 
 
 def _static() -> dict[str, tuple[str, str, str]]:
@@ -295,7 +296,7 @@ class Pages:
         if not (name is None or isinstance(name, str)):
             return refused('the body must be {"preset": NAME or null}', 400)
         try:
-            await run_in_threadpool(open_example, name, self._project)
+            await run_in_threadpool(open_example, name, self._project, bool(values.get("weighed")))
         except AutobalanceError as error:
             return refused(str(error), 400)
         return JSONResponse(self._job())

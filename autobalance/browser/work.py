@@ -246,14 +246,15 @@ def _material(result: BalanceResult) -> Material:
 
 
 def _webs(material: Material) -> bytes:
-    """Return the webs that are cut, each on its degree wheel, as the sheet draws them; as JSON."""
+    """Return the webs that are cut on their degree wheels, and sections, as the sheet draws them; as JSON."""
     from dataclasses import asdict
 
-    from autobalance.paper.svg_pen import web_drawings
+    from autobalance.paper.svg_pen import section_drawings, web_drawings
     from autobalance.report.balance.datums import with_design_radii
 
     report = with_design_radii(material.report)
-    drawn = web_drawings(report, material.drawings, material.choice.units) if report["corrections"] else []
+    given = report, material.drawings, material.choice.units
+    drawn = [*web_drawings(*given), *section_drawings(*given)] if report["corrections"] else []
     return json.dumps([asdict(each) for each in drawn]).encode()
 
 

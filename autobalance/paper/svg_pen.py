@@ -1,14 +1,14 @@
-"""The sheet's drawings of webs as SVG, for pages: one pen more for the same views."""
+"""The sheet's drawings of webs and sections as SVG, for pages: one pen more for the same views."""
 
 from __future__ import annotations
 
 import html
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from autobalance.paper.drawing import Drawings
+from autobalance.paper.drawing import Drawings, SectionDrawing
 from autobalance.paper.pen import (
     ACCENT,
     ADDED_COLOUR,
@@ -28,6 +28,8 @@ from autobalance.paper.pen import (
     thinned,
 )
 from autobalance.paper.plates import plates
+from autobalance.paper.rim_strips import cheeks
+from autobalance.paper.section_view import SectionView
 from autobalance.paper.web_view import WebView
 from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import ON_PAPER
@@ -50,25 +52,30 @@ COLOURS = {
 MM_PER_POINT = 25.4 / 72.0
 BOX_MM = 84.0
 """Side of the box of a web's view."""
+SECTION_MM, WHOLE_MM = (92.0, 70.0), (150.0, 84.0)
+"""Width and room of the section through a web, and of that along the whole crank."""
+WHOLE_CRANK = "The whole crank: section through the axis and crankpin 1"
 ANCHORS = {"left": "start", "right": "end", "centre": "middle"}
 
 
 @dataclass(frozen=True)
 class WebDrawn:
-    """A plate of the sheet as SVG.
+    """A plate or a section of the sheet as SVG.
 
     Attributes
     ----------
     title : str
-        Its webs, and the end from which they are seen.
+        Its webs, and the end from which they are seen; or what is cut open.
     labels : list of str
         Numbers of its cuts, in the order in which their places are marked.
     svg : str
+    kind : {'web', 'section'}
     """
 
     title: str
     labels: list[str]
     svg: str
+    kind: Literal["web", "section"] = "web"
 
 
 def web_drawings(report: Mapping[str, Any], drawings: Drawings, units: str) -> list[WebDrawn]:
@@ -80,6 +87,28 @@ def web_drawings(report: Mapping[str, Any], drawings: Drawings, units: str) -> l
         view.draw(pen, 0.0, 0.0)
         drawn.append(WebDrawn(plate.title, plate.labels(), pen.svg(view.wide_mm, view.high_mm)))
     return drawn
+
+
+def section_drawings(report: Mapping[str, Any], drawings: Drawings, units: str) -> list[WebDrawn]:
+    """Return the sections of a result as on its sheet: along the whole crank, then through its webs."""
+    items: Sequence[Item] = report["corrections"]
+    whole = SectionDrawing(0.0, drawings.lengthwise, drawings.lengthwise_cuts)
+    numbers = [str(item["number"]) for item in items]
+    views = [SectionView(WHOLE_CRANK, whole, items, numbers, ON_PAPER[units], *WHOLE_MM)]
+    zero, beside = Zero.of(report), cheeks(report)
+    for plate in plates(drawings, items, report["crank"]["webs"]):
+        drawn = plate.web.section
+        if drawn is not None and drawn.outline:
+            title = f"{plate.title.partition(',')[0]}, section at {zero.ccw(drawn.angle_deg):.1f}° ccw"
+            cheek = beside.get(plate.web.number)
+            own = plate.items, plate.labels(), ON_PAPER[units]
+            views.append(SectionView(title, drawn, *own, *SECTION_MM, cheek))
+    made = []
+    for view in views:
+        pen = SvgPen()
+        view.draw(pen, 0.0, 0.0)
+        made.append(WebDrawn(view.title, list(view.labels), pen.svg(view.wide_mm, view.high_mm), "section"))
+    return made
 
 
 class SvgPen(Pen):
@@ -120,6 +149,15 @@ class SvgPen(Pen):
     ) -> None:  # fmt: skip
         self._made.append(
             f'<circle cx="{x:.3f}" cy="{down:.3f}" r="{radius:.3f}"{_drawn(colour, width_mm, dash, fill)}/>'
+        )
+
+    def box(
+        self, x: float, down: float, wide: float, high: float, colour: str = INK, width_mm: float = 0.2
+    ) -> None:
+        """Draw a rectangle from its upper left corner."""
+        self._made.append(
+            f'<rect x="{x:.3f}" y="{down:.3f}" width="{wide:.3f}" height="{high:.3f}"'
+            f"{_drawn(colour, width_mm)}/>"
         )
 
     def badge(self, x: float, down: float, label: object) -> None:

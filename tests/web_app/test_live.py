@@ -22,7 +22,7 @@ from autobalance.browser.prediction import linear_model, predicted, preview
 from autobalance.browser.work import MESH, MODEL, SOLID_READ_SHARE, VERBS, Place, _material
 from autobalance.crank.recognition.candidates import cylinder_candidates
 from autobalance.errors import JobError
-from autobalance.paper.svg_pen import web_drawings
+from autobalance.paper.svg_pen import section_drawings, web_drawings
 from autobalance.report.balance.datums import with_design_radii
 from autobalance.report.balance.zero import Zero
 from tests import jobs
@@ -249,6 +249,26 @@ def test_each_hole_stands_on_the_wheel_of_its_web_at_the_angle_of_the_table() ->
                 assert (angle(*mark) - wanted) % 360.0 == pytest.approx(told, abs=0.1)
                 seen.append(number)
     assert sorted(seen) == sorted(made)
+
+
+def test_sections_are_those_of_the_sheet_in_their_scale() -> None:
+    """The whole crank first: as long and as high on the page as its section is, each cut hatched once."""
+    _, result = on_small("drill")
+    material = _material(result)
+    report = with_design_radii(material.report)
+    whole, *through = section_drawings(report, material.drawings, "metric")
+    assert {each.kind for each in (whole, *through)} == {"section"}
+    assert [each.title.partition(",")[0] for each in through] == [
+        each.title.partition(",")[0] for each in web_drawings(report, material.drawings, "metric")
+    ]
+    outline = re.search(r'<path d="([^"]+)" fill-rule="evenodd"', whole.svg)
+    assert outline is not None
+    places = np.array([[float(v) for v in pair.split()] for pair in re.split("[MLZ]+", outline[1]) if pair])
+    wide, high = np.ptp(places, axis=0)
+    solid = np.concatenate(material.drawings.lengthwise)
+    assert wide / high == pytest.approx(np.ptp(solid[:, 0]) / np.ptp(solid[:, 1]), rel=1e-3)
+    for each in through:
+        assert each.svg.count("<clipPath") == len(each.labels) > 0
 
 
 # --- as one types -----------------------------------------------------------------------------------------

@@ -1,5 +1,6 @@
 """What the app's page does, each thing by itself: every test loads it on a project with a small crank."""
 
+import json
 import time
 import tomllib
 from typing import Any
@@ -253,6 +254,13 @@ def test_the_board_shows_every_alternative(page: Browser, project: Served) -> No
     names = page.run("return [...document.querySelectorAll('#board h3')].map(each => each.textContent)")
     assert names[0] == "+".join(report["recommended"])
     assert page.run("return document.getElementById('board-why').textContent") == report["why"]
+    methods = report["recommended"]  # is chosen
+    said = f"method = {json.dumps(methods[0] if len(methods) == 1 else methods)}"
+    job_text(page, said)
+    marked = "[...document.querySelectorAll('.kind[aria-checked=true]')].map(each => each.dataset.kind)"
+    assert page.run(f"return {marked}") == (methods if len(methods) == 1 else [])
+    page.click_on(at("kind-drill"))  # another card takes another
+    job_text(page, 'method = "drill"')
     cards = {"+".join(row["method"]): place for place, row in enumerate(report["rows"])}
     assert set(names) <= set(cards)
     ranks = [report["rows"][cards[name]]["rank"] or 1e6 for name in names]

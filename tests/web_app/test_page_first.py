@@ -271,3 +271,48 @@ def test_the_share_of_the_facets_is_all_of_the_uncertainty_on_page_and_report(
     said = re.search(r"Uncertainty\s+±\s+([\d.]+)\s+g·mm\s+facets\s+([\d.]+)", text)
     assert said
     assert [*map(float, said.groups())] == pytest.approx([together, shares["facets"]], abs=0.00501)
+
+
+def test_the_start_has_examples_with_pictures_and_leads_back_to_where_one_was(
+    page: Browser, project: Served
+) -> None:
+    until(page, READY)
+    page.click_on(at("to-start"))
+    until(page, "return document.querySelectorAll('.recent li .badge').length > 0", most_s=20.0)
+    drawn = "[...document.querySelectorAll('.example img, .recent img')]"
+    until(page, f"return {drawn}.length > 2 && {drawn}.every(each => each.naturalWidth > 100)", most_s=20.0)
+    made = latest(project, "balance")
+    row = f".recent li[data-run='{made['id']}']"
+    words = page.run("return document.querySelector(arguments[0]).textContent", row)
+    stroke = 2.0 * made["report"]["crank"]["throws"][0]["crank_radius_mm"]
+    assert f"stroke {stroke:.1f} mm" in words
+    assert "holes: 2" in words
+    page.click_on(f"{row} button")
+    until(page, "return document.body.dataset.tab === 'see'", most_s=10.0)
+    assert page.run("return document.querySelector('.first')") is None
+    page.click_on(at("to-start"))
+    page.click_on(at("all-cranks"))
+    until(page, "return document.body.dataset.tab === 'history'", most_s=10.0)
+
+
+def test_the_v8_is_an_example_with_its_weights(window: Browser, tmp_path: Path) -> None:
+    with served(tmp_path / "project") as empty:
+        page = load(window, empty)
+        page.click_on(at("example-v8"))
+        until(page, READY)
+        job = empty.ask("/api/project").json["job"]
+        assert job["engine"]["rods_per_throw"] == 2
+        page.click_on(at("tab-parts"))
+        until(page, "return document.getElementById('line').textContent.includes('650.00 g')", most_s=20.0)
+        refused = empty.ask("/api/example", {"preset": "inline-4", "weighed": True})
+        assert refused.status == 400
+
+
+def test_only_a_small_png_of_a_crank_of_the_project_is_kept(project: Served) -> None:
+    url = f"/api/cranks/picture?file={small.NAME}"
+    kept = project.ask(url)
+    assert project.ask(url, b"<svg/>", "PUT").status == 400
+    assert project.ask(url, b"\x89PNG\r\n\x1a\n" + bytes(1 << 18), "PUT").status == 413
+    assert project.ask("/api/cranks/picture?file=../job.toml", b"\x89PNG\r\n\x1a\n", "PUT").status == 400
+    assert project.ask("/api/cranks/picture?file=other.stl").status == 404
+    assert project.ask(url).body == kept.body

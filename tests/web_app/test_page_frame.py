@@ -107,6 +107,60 @@ def test_the_head_has_room_for_the_cranks_name_in_every_language(
         page.resize(1400, 900)
 
 
+UNITS = """
+const field = document.getElementById("units"), style = getComputedStyle(field);
+const pen = document.createElement("canvas").getContext("2d");
+pen.font = `${style.fontWeight} ${style.fontSize} ${style.fontFamily}`;
+const wide = pen.measureText(field.selectedOptions[0].textContent).width;
+return [wide, field.clientWidth - parseFloat(style.paddingLeft) - parseFloat(style.paddingRight)];
+"""
+ARROW_PX = 16.0
+"""Width of a choice's arrow."""
+
+
+def test_units_and_both_planes_are_whole_on_a_small_laptop(page: Browser) -> None:
+    page.resize(1024, 900)
+    try:
+        page.click_on(at("tab-see"))
+        until(page, "return document.querySelectorAll('#strip .polar').length === 3")
+        wide, room = page.run(UNITS)
+        assert wide + ARROW_PX <= room
+        seen = page.run(f"return {SEEN}.map(each => each.querySelector('figcaption').textContent)", ".polar")
+        assert seen == ["Resultant", "Plane A", "Plane B"]
+        assert page.run(CUT_OFF) == [0, [], 0, []]
+    finally:
+        page.resize(1400, 900)
+
+
+def test_instruments_and_help_are_in_sight_on_a_phone(page: Browser) -> None:
+    page.resize(390, 844)
+    try:
+        page.click_on(at("tab-see"))
+        until(page, "return document.querySelector('[data-testid=view-webs]') !== null")
+        for name in ("tool-degrees", "tool-section", "tool-measure", "view-webs", "help-open"):
+            left, right, width = page.run(
+                "const { left, right, width } = document.querySelector(arguments[0]).getBoundingClientRect();"
+                "return [left, right, width];",
+                at(name),
+            )
+            assert left >= 0.0, name
+            assert right <= 390.0, name
+            assert width >= 40.0, name
+        covered = (
+            "const a = document.querySelector('.toolbar').getBoundingClientRect(),"
+            "b = document.getElementById('model').getBoundingClientRect(); return a.bottom - b.top"
+        )
+        assert page.run(covered) <= 0.5  # they stand above the model, not over it
+        page.click_on(at("tool-measure"))
+        until(page, "return document.querySelector('.measure') !== null")
+        page.click_on(at("tool-measure"))
+        page.click_on(at("help-open"))
+        until(page, "return document.getElementById('help').open")
+        page.click_on(at("help-close"))
+    finally:
+        page.resize(1400, 900)
+
+
 def test_targets_are_as_large_as_a_finger_on_a_phone(page: Browser) -> None:
     page.resize(390, 844)
     try:

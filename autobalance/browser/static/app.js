@@ -17,6 +17,7 @@ import * as jobText from "/static/job-text.js";
 import * as keys from "/static/keys.js";
 import * as limits from "/static/limits.js";
 import * as machine from "/static/machine.js";
+import * as modelTags from "/static/model-tags.js";
 import * as nc from "/static/nc.js";
 import * as open from "/static/open.js";
 import * as parts from "/static/parts.js";
@@ -24,6 +25,7 @@ import * as place from "/static/place.js";
 import * as printing from "/static/printing.js";
 import * as runs from "/static/runs.js";
 import * as stageTools from "/static/stage-tools.js";
+import * as start from "/static/start.js";
 import * as settings from "/static/settings.js";
 import { mount, redraw } from "/static/store.js";
 import * as see from "/static/see.js";
@@ -85,8 +87,8 @@ async function begin() {
   translated(document.body);
   limits.setUp(declared.kinds);
   view.words = t;
-  for (const each of [open, correct, see, drag, views, keys, stageTools, printing]) each.setUp(view);
-  for (const each of [dragPanels, parts, jobText, analyse, board, machine, bigDigits, nc, settings, helpLine, webs, history, frame]) each.setUp();
+  for (const each of [open, correct, see, drag, views, keys, stageTools, modelTags, printing]) each.setUp(view);
+  for (const each of [dragPanels, parts, jobText, analyse, board, machine, bigDigits, nc, settings, helpLine, webs, history, start, frame]) each.setUp();
   clash.setUp($("clash-root"));
   mount(Toast, $("toast-root"));
   proposed(await brought(async () => first.project));
@@ -108,6 +110,7 @@ async function begin() {
 
 // A project that says no crank has the first that lies in it.
 function proposed(found) {
+  state.isKnown = true;
   state.text = knows(found).job_text;
   state.cranks = found.cranks;
   state.file ||= found.files.find((name) => CRANKS.includes(ending(name))) || null;

@@ -2,7 +2,8 @@
 import { html } from "/static/preact.min.js";
 import { $ } from "/static/tools.js";
 import { askJson, behind, guarded } from "/static/server.js";
-import { answered, applied, job, on, state } from "/static/job.js";
+import { answered, applied, changed, job, on, state } from "/static/job.js";
+import { chosen, kinds, listed, ofAllKinds, tableOf } from "/static/limits.js";
 import { start, watched } from "/static/runs.js";
 import { Measured } from "/static/measured.js";
 import { signal } from "/static/store.js";
@@ -29,32 +30,41 @@ export const looked = behind(async (tab) => {
 export const compare = guarded(async () => {
   answered();
   let seen = 0;
-  const of = asks(job(true));
+  const asked = job(true), of = { ...asked, correction: ofAllKinds(asked.correction) };
   const meanwhile = async (told) => {
     const found = await askJson(`/api/runs/${told.id}/cards`).catch(() => null);
     if (found && found.rows.length + found.pictures.length > seen && !shown.value?.whole) { seen = found.rows.length + found.pictures.length; shown.value = { id: told.id, of, ...found, whole: false }; }
   };
   shown.value = null;
-  const told = await watched(() => start("compare", { job: job(true) }, "", meanwhile));
+  const told = await watched(() => start("compare", { job: of }, "", meanwhile));
   if (told) await board(told);
+  if (told) recommended();
 });
+// What the comparison recommends is chosen; another card, or a step back, takes what one likes better.
+function recommended() {
+  const names = shown.value?.recommended?.split("+") || [];
+  if (!names.length || listed.cuts || !names.every(kinds.of)) return;
+  const [method, also = "", ...others] = names;
+  Object.assign(chosen, { method, also, others });
+  changed();
+}
 
 export async function board(told) {
-  const of = asks((await askJson(`/api/runs/${told.id}/asked`)).job), report = await askJson(`/api/runs/${told.id}/report`);
+  const of = (await askJson(`/api/runs/${told.id}/asked`)).job, report = await askJson(`/api/runs/${told.id}/report`);
   const pictures = told.files.filter((name) => name.endsWith(".png")).map((name) => name.replace(/\.png$/, ""));
   shown.value = { id: told.id, of, rows: report.rows, pictures, recommended: report.recommended?.join("+"), why: report.why, unbeaten: report.unbeaten, whole: true };
 }
 
-// What the alternatives depend on: all of a job but which of them is chosen.
-function asks({ correction = {}, ...job }) {
-  const { method, cut, keep, ...limits } = correction;
-  return JSON.stringify({ ...job, limits }, (_, value) => (value && typeof value === "object" && !Array.isArray(value) ? Object.fromEntries(Object.entries(value).sort(([a], [b]) => (a < b ? -1 : 1))) : value));
+// What an alternative depends on: all of a job but which of them is chosen, and the limits of its kinds.
+function asks({ correction = {}, ...job }, methods, tables) {
+  const own = Object.fromEntries(methods.map((name) => [name, tables(name)])), left = Object.fromEntries(Object.entries(correction).filter(([key]) => !["method", "cut", "keep"].includes(key) && !kinds.of(key)));
+  return JSON.stringify({ ...job, left, own }, (_, value) => (value && typeof value === "object" && !Array.isArray(value) ? Object.fromEntries(Object.entries(value).sort(([a], [b]) => (a < b ? -1 : 1))) : value));
 }
 // The alternative of one method, or mix, as it was compared last; old: of an earlier job.
 export function compared(methods) {
   const name = methods.join("+"), place = shown.value?.rows.findIndex((row) => nameOf(row) === name) ?? -1;
   if (place < 0) return null;
-  return { row: shown.value.rows[place], place, isBest: shown.value.recommended === name, isOld: shown.value.of !== asks(job(true)), hasPicture: shown.value.pictures.includes(name) };
+  return { row: shown.value.rows[place], place, isBest: shown.value.recommended === name, isOld: asks(shown.value.of, methods, (kind) => shown.value.of.correction?.[kind] || {}) !== asks(job(true), methods, tableOf), hasPicture: shown.value.pictures.includes(name) };
 }
 export const hasCompared = () => Boolean(shown.value);
 // The picture of an alternative over the view; none: gone.

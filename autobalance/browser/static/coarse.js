@@ -23,6 +23,23 @@ export function coarsened(corners, triangles) {
   return rows.slice(0, count);
 }
 
+// How far corners are from a middle along ways, to either side.
+export function extents(p, middle, ways) {
+  const most = ways.map(() => 1e-9);
+  for (let k = 0; k < p.length; k += 3) for (let w = 0; w < ways.length; w++) {
+    const [x, y, z] = ways[w], far = Math.abs((p[k] - middle[0]) * x + (p[k + 1] - middle[1]) * y + (p[k + 2] - middle[2]) * z);
+    if (far > most[w]) most[w] = far;
+  }
+  return most;
+}
+// How far a crank reaches from its axis, and where its webs begin and end.
+export function reached(p) {
+  const size = { radius: 0, z: [Infinity, -Infinity] };
+  for (let k = 0; k < p.length; k += 3) size.radius = Math.max(size.radius, Math.hypot(p[k], p[k + 1]));
+  for (let k = 0; k < p.length; k += 3) if (Math.hypot(p[k], p[k + 1]) > 0.6 * size.radius) size.z = [Math.min(size.z[0], p[k + 2]), Math.max(size.z[1], p[k + 2])];
+  return size;
+}
+
 // Whether the processor draws, without a graphics card: smooth edges then cost more than a finer picture at rest.
 export function drawnBySoftware() {
   const gl = document.createElement("canvas").getContext("webgl2"), told = gl?.getExtension("WEBGL_debug_renderer_info");

@@ -3,7 +3,7 @@ import { html } from "/static/preact.min.js";
 import { $ } from "/static/tools.js";
 import { guarded } from "/static/server.js";
 import { answered, at, changed, emit, job, keep, on, state } from "/static/job.js";
-import { WORDS, chosen, faces, has, isPoint, kinds, limitOf, listed, methods, sectors, setLimit, zones } from "/static/limits.js";
+import { WORDS, chosen, faces, forgetLimits, has, isPoint, kinds, limitOf, listed, methods, sectors, setLimit, zones } from "/static/limits.js";
 import { Board, Why, compare, hasCompared } from "/static/board.js";
 import { KindCards, kindWords } from "/static/kind-cards.js";
 import { Field } from "/static/fields.js";
@@ -24,7 +24,7 @@ export function setUp(model) {
   view = model;
   mount(Correct, $("panel-correct"));
   on("job", marks);
-  on("forgotten", () => faces.clear());
+  on("forgotten", forgetLimits);
 }
 
 // --- picked in the model ------------------------------------------------------------------------------------

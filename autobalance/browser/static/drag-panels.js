@@ -1,4 +1,4 @@
-// What stands of moved cuts: a box over the model, sliders beside it.
+// What stands of moved cuts: a box at the top of the panel, and sliders.
 import { html } from "/static/preact.min.js";
 import { $, shown, withUnit } from "/static/tools.js";
 import { TURN, TURN_STEP, angleOf, anyElsewhere, anyMoved, asItWas, cuts, drill, dragged, isMoved, redo, set, someAlike, steps, trial, undo } from "/static/drag.js";
@@ -13,7 +13,7 @@ export function setUp() {
   mount(Box, $("dragged-root"));
 }
 
-// --- over the model -------------------------------------------------------------------------------------------
+// --- at the top of the panel -------------------------------------------------------------------------------------------
 
 function Box() {
   const { undone, redone } = steps(), place = dragged.gripped;

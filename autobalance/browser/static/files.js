@@ -89,10 +89,10 @@ async function crankAndJob(files) {
 }
 
 // A crank to begin with: the bundled one with its weights, or one from a preset's dimensions.
-export const example = guarded(async (preset) => {
+export const example = guarded(async (preset, weighed = false) => {
   const model = $("model").dataset, before = model.state;
   model.state = "loading";
-  try { await brought(() => post("/api/example", { preset }), true); } catch (error) { model.state = before; throw error; }
+  try { await brought(() => post("/api/example", { preset, weighed }), true); } catch (error) { model.state = before; throw error; }
   changed();
   await opens();
 });

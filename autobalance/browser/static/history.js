@@ -18,9 +18,17 @@ export function setUp() {
   mount(History, $("panel-history"));
   on("selected", behind(async (tab) => {
     if (tab !== "history") return;
-    for (const { id } of results()) if (!reports.has(id)) { reports.set(id, await askJson(`/api/runs/${id}/report`)); redraw(); }
+    for (const told of results()) await known(told);
   }));
 }
+
+// The report of a result, asked for once.
+export async function known({ id }) {
+  if (reports.has(id)) return;
+  reports.set(id, await askJson(`/api/runs/${id}/report`));
+  redraw();
+}
+export const reportOf = (id) => reports.get(id);
 
 function History() {
   const runs = results(), cranks = [...new Set([...runs.map(({ crank }) => crank || ""), ...(state.file ? [state.file] : []), ...Object.keys(state.cranks)])];
@@ -35,13 +43,23 @@ const duplicate = guarded(async () => {
   changed();
   await open();
 });
+// Open a crank of before, with its job as it was.
+export const again = (crank) => guarded(async () => {
+  if (crank !== state.file) {
+    await brought(() => post("/api/open", { file: crank }), true);
+    changed();
+    state.cranks = (await askJson("/api/cranks")).cranks;
+    await open();
+  }
+  emit("tab", "open");
+});
 function Crank({ crank, runs }) {
-  const isOpen = crank === state.file, again = guarded(async () => { await brought(() => post("/api/open", { file: crank }), true); changed(); state.cranks = (await askJson("/api/cranks")).cranks; await open(); emit("tab", "open"); });
-  return html`<section class="of-crank" data-testid="history-crank" data-crank=${crank}><div class="top"><h3>${crankName(crank) || t("From elsewhere")} ${isOpen ? html`<span class="badge" data-tone="plain">${t("open now")}</span>` : ""}</h3>${!crank ? "" : isOpen ? html`<button type="button" class="small" data-testid="duplicate" onClick=${duplicate}>${t("Duplicate")}</button>` : html`<button type="button" class="small" onClick=${again}>${t("Open")}</button>`}</div><${Scaled} file=${crank}/>
+  const isOpen = crank === state.file;
+  return html`<section class="of-crank" data-testid="history-crank" data-crank=${crank}><div class="top"><h3>${crankName(crank) || t("From elsewhere")} ${isOpen ? html`<span class="badge" data-tone="plain">${t("open now")}</span>` : ""}</h3>${!crank ? "" : isOpen ? html`<button type="button" class="small" data-testid="duplicate" onClick=${duplicate}>${t("Duplicate")}</button>` : html`<button type="button" class="small" onClick=${again(crank)}>${t("Open")}</button>`}</div><${Scaled} file=${crank}/>
     ${runs.length ? "" : html`<p class="quiet">${t("No result yet")}</p>`}<table hidden=${!runs.length}><thead><tr><td></td><th scope="col">${t("result")}</th><th scope="col">${t("left of permitted")}</th><td></td><th scope="col">${t("made")}</th><td></td></tr></thead><tbody>${runs.map((told) => html`<${Result} key=${told.id} told=${told}/>`)}</tbody></table></section>`;
 }
 
-function cutsOf(report) {
+export function cutsOf(report) {
   const kinds = [...new Set((report?.corrections || []).map(({ kind }) => kind))];
   return kinds.length ? `${kinds.map(kindWords).join(" + ")}, ${manyWords(kinds.length === 1 ? kinds[0] : "", report.corrections.length)}` : t("nothing cut");
 }
@@ -49,7 +67,7 @@ function leftOf(report) {
   const [place, found, limit] = judgedAt(report);
   return `${found === report.residual ? "" : `${place}: `}${shown(found.magnitude_g_mm, 2, "g·mm")} ${t("of {limit}", { limit: `${shown(limit, 2, "g·mm")} ${unitOf("g·mm")}` })}`;
 }
-const when = (told) => new Date(told.started).toLocaleString(locale, { dateStyle: "short", timeStyle: "short" });
+export const when = (told) => new Date(told.started).toLocaleString(locale, { dateStyle: "short", timeStyle: "short" });
 
 function Result({ told }) {
   const { id } = told, report = reports.get(id), found = report && judgement(report, told);

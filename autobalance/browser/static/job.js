@@ -13,6 +13,7 @@ export const UNITLESS = endings("unitless");
 export const JOBS = ["toml", "xlsx"];
 export const GROUPS = { rotating_g: "Rotating", reciprocating_g: "Reciprocating", crankpin_g: "On or in the crankpin" };
 export const state = {
+  isKnown: false, // whether the project has told what it holds
   file: null,
   tables: {},
   declared: null, // kinds, tables, grades, parts: what forms are made of

@@ -2,7 +2,7 @@
 import { html } from "/static/preact.min.js";
 import { compared, pictured } from "/static/board.js";
 import { changed } from "/static/job.js";
-import { chosen, kinds, listed } from "/static/limits.js";
+import { chosen, kinds, listed, methods } from "/static/limits.js";
 import { Measured } from "/static/measured.js";
 import { shown, withUnit } from "/static/tools.js";
 import { t } from "/static/words.js";
@@ -50,7 +50,7 @@ function Says({ name, row, place, isBest }) {
 }
 // What the chosen method would leave, as it was compared, for the state line; null where it was not.
 export function plannedSays() {
-  const found = listed.cuts ? null : compared(chosen.also ? [chosen.method, chosen.also] : [chosen.method]);
+  const found = listed.cuts ? null : compared(methods());
   if (!found?.row.outcome || found.isOld) return null;
-  return { left: found.row.residual_g_mm, words: `${t("Plan: {method}", { method: kindWords(chosen.method) })}, ${manyWords(chosen.method, found.row.cuts)}`, says: t("Compared: {left} is left, {mass} moved. Cut and measured next.", { left: withUnit(found.row.residual_g_mm, 2, "g·mm"), mass: `${shown(found.row.metal_moved_g, 1)} g` }) };
+  return { left: found.row.residual_g_mm, words: `${t("Plan: {method}", { method: methods().map(kindWords).join(" + ") })}, ${manyWords(chosen.also ? "" : chosen.method, found.row.cuts)}`, says: t("Compared: {left} is left, {mass} moved. Cut and measured next.", { left: withUnit(found.row.residual_g_mm, 2, "g·mm"), mass: `${shown(found.row.metal_moved_g, 1)} g` }) };
 }

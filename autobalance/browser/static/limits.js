@@ -27,16 +27,32 @@ export function correction(before, isFree = false) {
   for (const key of TOP) delete made[key];
   made.method = names.length === 1 ? names[0] : names;
   for (const name of names) {
-    const table = {};
-    for (const { key } of kinds.of(name)?.keys || []) {
-      if (key in WORDS) Object.assign(table, word(key));
-      else if (given[name]?.[key] !== undefined) table[key] = given[name][key];
-    }
+    const table = tableOf(name);
     if (Object.keys(table).length) made[name] = table;
   }
   if (isFree || !listed.cuts) return made;
   delete made.keep; // keeps places and plans depths: a list has both
   return { ...made, method: "listed", cut: listed.cuts };
+}
+
+// The limits of one kind as they are filled in, whether it is chosen or not.
+export function tableOf(name) {
+  const table = {};
+  for (const { key } of kinds.of(name)?.keys || []) {
+    if (key in WORDS) Object.assign(table, word(key));
+    else if (given[name]?.[key] !== undefined) table[key] = given[name][key];
+  }
+  return table;
+}
+
+// A table [correction] with the limits of all kinds, as a comparison of them needs it.
+export function ofAllKinds(made) {
+  return { ...made, ...Object.fromEntries(kinds.list.map(({ name }) => [name, tableOf(name)]).filter(([, table]) => Object.keys(table).length)) };
+}
+// Another crank begins with the usual limits.
+export function forgetLimits() {
+  faces.clear();
+  for (const name of Object.keys(given)) delete given[name];
 }
 
 function word(key) {

@@ -1,13 +1,14 @@
 // Open: the crank that is looked at, what was recognised in it and what is in doubt, and what a user says of it.
 import { html } from "/static/preact.min.js";
 import { $, ending, shown, typed, withUnit } from "/static/tools.js";
-import { askBuffer, askJson, askLeft, guarded, put, say } from "/static/server.js";
-import { CRANKS, JOBS, UNITLESS, assumed, at, changed, crankName, crankshaft, emit, isUnitAsked, keep, ofFile, on, state, unitOfFile } from "/static/job.js";
+import { askBuffer, askJson, askLeft, behind, guarded, put, say } from "/static/server.js";
+import { UNITLESS, assumed, at, changed, crankName, crankshaft, emit, isUnitAsked, keep, ofFile, on, state, unitOfFile } from "/static/job.js";
 import { JobField } from "/static/fields.js";
-import { coming, dropped, example, over, sending, sent, setUp as takeFiles } from "/static/files.js";
+import { coming, sending, setUp as takeFiles } from "/static/files.js";
 import { Measured } from "/static/measured.js";
 import { start } from "/static/runs.js";
 import { mount, redraw, redrawNow, signal } from "/static/store.js";
+import { Start, Ways, isStart } from "/static/start.js";
 import { Tree } from "/static/tree.js";
 import { said } from "/static/said.js";
 import { plain, t } from "/static/words.js";
@@ -18,7 +19,6 @@ export const reading = signal(""); // the file that is being measured
 export const isRefused = signal(false); // whether the file was read last without a crank in it
 export const doubts = signal([]); // what is in doubt, as texts or elements
 export const chosen = signal({ row: "", part: 0 }); // the row of the tree, and the part of the model from 1, that was chosen
-const preset = signal("");
 
 export function setUp(model) {
   view = model;
@@ -95,10 +95,27 @@ export async function show(id, fresh = false) {
   bodies.value = 0;
   chosen.value = { row: "", part: 0 };
   doubts.value = reasons(report);
+  if (mesh && (fresh || !state.cranks[state.file]?.picture)) setTimeout(pictured, PICTURED_MS, state.file);
   if (fresh && report.crank.main_journals.length < 2 && !at("balance.tolerance_planes_mm")) keep("balance.judge", "static");
   emit("opened");
   if (fresh) changed();
 }
+
+// A small picture of the crank, by which its user finds it again: the middle of the view.
+const WIDE_PX = 184, HIGH_PX = 128, PICTURED_MS = 3000; // once the page has what it shows
+async function picture() {
+  if (!view.renderer || view.mode !== "crank") return null;
+  const canvas = Object.assign(document.createElement("canvas"), { width: WIDE_PX, height: HIGH_PX }), { width, height } = view.renderer.domElement, scale = HIGH_PX / Math.min(width, height);
+  view.drawn(); // what was drawn is gone once it was shown
+  canvas.getContext("2d").drawImage(view.renderer.domElement, (WIDE_PX - scale * width) / 2, (HIGH_PX - scale * height) / 2, scale * width, scale * height);
+  return new Promise((resolve) => canvas.toBlob(resolve, "image/png"));
+}
+const pictured = behind(async (file) => {
+  const made = await picture();
+  if (!made || file !== state.file) return;
+  state.cranks = (await askJson(`/api/cranks/picture?file=${encodeURIComponent(file)}`, { method: "PUT", body: made })).cranks;
+  redraw();
+});
 
 // A file of several bodies: which of them is the crank is a question, its solid is shown meanwhile.
 const bodies = signal(0), MOST_BODIES = 6;
@@ -178,7 +195,8 @@ const DENSITY = { key: "density_kg_m3", words: "Density", unit: "kg/m³", kind: 
 const PINS = { "": "find out", true: "yes", false: "no, pressed up" };
 
 function Open() {
-  if (!state.file && !coming.value) return html`<${First}/>`;
+  if (!state.isKnown) return "";
+  if (isStart()) return html`<${Start}/>`;
   const pin = at("crankshaft.crankpin_in_file"), setPin = ({ target }) => { keep("crankshaft.crankpin_in_file", target.value === "" ? undefined : target.value === "true"); changed(); };
   return html`<${Name}/><${Unit}/><${Bodies}/><ul id="doubts" aria-label=${t("Warnings")} aria-live="polite">${doubts.value.map((each) => html`<li>${each}</li>`)}</ul><${Cylinder}/>
     <div class="fields"><${JobField} id="density" testid="density" table="crankshaft" label=${t("Density [kg/m³]")} field=${{ ...DENSITY, default: String(assumed.density_kg_m3) }} help=${false}/>
@@ -199,20 +217,6 @@ function Name() {
 export function Scaled({ file }) {
   const { scaled_from: from, factor, stroke_mm: stroke } = state.cranks[file] || {};
   return from ? html`<p class="quiet" data-testid="scaled">${t("Scaled from {file} by {factor}, so that the stroke is {stroke}.", { file: from, factor: plain(Number(factor.toPrecision(6))), stroke: withUnit(stroke, 2, "mm") })}</p>` : "";
-}
-
-// Nothing is open: what the program does, and three ways in.
-const First = () => html`<div class="first"><div class="hero"><div><h2>${t("Balance a crankshaft from its solid model")}</h2><p>${t("Open the model and enter what the parts weigh. autobalance plans the cuts, makes them in the solid and measures what is left, until ISO 21940-11 is met. You get the corrected solid, a shop sheet and a certificate. Your file stays on this computer.")}</p></div><${Turning}/></div><${Ways}/></div>`;
-// A crank that turns, seen from its end.
-const Turning = () => html`<svg viewBox="0 0 120 120" role="img" aria-label=${t("A crankshaft that turns, seen from its end")}><g class="turning"><path class="c" d="M24 60A36 36 0 0 0 96 60L80 56H40Z"/><path class="w" d="M44 40A16 16 0 0 1 76 40L80 62A20 20 0 0 1 40 62Z"/><circle class="k-pin" cx="60" cy="38" r="8.5"/><circle class="k-journal" cx="60" cy="60" r="9.5"/></g></svg>`;
-
-function Ways() {
-  const { accept } = $("panel-open").dataset, files = ({ target }) => { const list = [...target.files]; target.value = ""; dropped(list); }; // the same file may be chosen again
-  const isFirst = !state.file && !coming.value, says = sent.value ? t("sending {names} …", { names: sent.value }) : state.file ? `${state.file}${size()}` : t("No file yet");
-  return html`<div class="ways"><section data-testid="drop" id="drop" class=${over.value ? "over" : ""}><h3>${t("My crank")}</h3><p>${t("Drop a crank, a job or a result's folder anywhere on this page, or choose files.")}</p>
-      <input type="file" data-testid="file-input" id="file-input" aria-label=${t("Files of a crank, a job or a result")} multiple accept=${accept} onChange=${files}/>${isFirst ? html`<button type="button" class="main" onClick=${() => $("file-input").click()}>${t("Choose a file")}</button>` : ""}<p class="quiet" id="chosen">${says}</p><p class="quiet" id="formats">${t("Cranks: {endings}. Jobs: {jobs}. Results: their folder.", { endings: CRANKS.join(", "), jobs: JOBS.join(", ") })}</p></section>
-    <section><h3>${t("An example")}</h3><p>${t("A motocross single with its weights: a lighter rod and pin, two faces to mill.")}</p><button type="button" id="bundled" data-testid="bundled" onClick=${() => example(null)}>${t("Open the motocross single")}</button></section>
-    <section><h3>${t("Draw one")}</h3><p>${t("From the dimensions of a usual crank.")}</p><label>${t("Layout")} <select id="preset" data-testid="preset" aria-label=${t("Layout of the crank to draw")} value=${preset.value || state.presets[0]} onInput=${({ target }) => { preset.value = target.value; }}>${state.presets.map((name) => html`<option>${name}</option>`)}</select></label> <button type="button" id="draw-preset" data-testid="draw-preset" onClick=${() => example(preset.value || state.presets[0])}>${t("Draw it")}</button></section></div>`;
 }
 
 // The unit of a file that has none: asked until it is answered, and never that of the file before.
@@ -271,13 +275,12 @@ function Unit() {
 }
 
 // How long the crank is in the unit that the page took: a wrong one is seen at once.
-function long() {
+export function long() {
   const report = state.inspected?.report;
   if (!report || !UNITLESS.includes(ending(state.file))) return null;
   const ends = report.crank.webs.flatMap((web) => [web.z_min_mm, web.z_max_mm]);
   return Math.max(...ends) - Math.min(...ends);
 }
-const size = () => (long() === null ? "" : `: ${t("read in {unit}; {length} from the first web to the last", { unit: unitOfFile(), length: withUnit(long(), 0, "mm") })}`);
 
 function Cylinder() {
   const part = view.parts[chosen.value.part - 1];

@@ -1,7 +1,7 @@
 // Pieces of the scene: metal, its caps where a section opens it, its edges, rings and the axis, in the scheme's colours.
 const T = window.THREE;
 export const dark = matchMedia("(prefers-color-scheme: dark)");
-const INK = { journal: ["#7aa9d6", "#7aa9d6"], pin: ["#4fb8a9", "#4fb8a9"], weight: ["#d3b878", "#d3b878"], metal: ["#b4bac1", "#b4bac1"], cap: ["#7d8893", "#4a5560"], line: ["#4a5560", "#10151a"], mark: ["#0b5cad", "#7db8f5"], chosen: ["#d9480f", "#ff9f5a"], gone: ["#d9501c", "#d9501c"], zone: ["#12703c", "#6fd39a"], axis: ["#b3261e", "#ff9c94"] };
+const INK = { journal: ["#7aa9d6", "#7aa9d6"], pin: ["#4fb8a9", "#4fb8a9"], weight: ["#d3b878", "#d3b878"], metal: ["#b4bac1", "#b4bac1"], cap: ["#7d8893", "#4a5560"], line: ["#4a5560", "#10151a"], mark: ["#0b5cad", "#7db8f5"], chosen: ["#d9480f", "#ff9f5a"], gone: ["#d9501c", "#d9501c"], zone: ["#12703c", "#6fd39a"], axis: ["#b3261e", "#ff9c94"], heavy: ["#17191c", "#eceded"] };
 export const ink = (name) => INK[name][dark.matches ? 1 : 0];
 
 export class Pieces {

@@ -54,6 +54,8 @@ const way = (degrees) => { const turn = ((zeroDeg() + degrees) * Math.PI) / 180;
 const SMALLER = 0.8;
 function roomFor(isOn) {
   if (!view.camera) return;
+  view.room = isOn ? SMALLER : 1;
+  if (view.camera.zoom === view.fitted) { view.fit(); return; }
   view.camera.zoom *= isOn ? SMALLER : 1 / SMALLER;
   view.camera.updateProjectionMatrix();
 }

@@ -2,13 +2,14 @@
 import { unpacked } from "/static/buffers.js";
 import { ofAnatomy, roundOf } from "/static/anatomy.js";
 import { Rays } from "/static/picking.js";
-import { coarsened, drawnBySoftware } from "/static/coarse.js";
+import { coarsened, drawnBySoftware, extents, reached } from "/static/coarse.js";
 import { Pieces, dark, ink } from "/static/pieces.js";
 
 const T = window.THREE;
 const LATE_MS = 50; // a frame that comes later than this after it was asked for is late
 const LATE_FRAMES = 2; // so many of them in a row: from then on less is drawn while the view turns
 const HAIR_MM = 0.05; // metal nearer to a point than this is where it lies, not before it
+const FILLS = 0.82; // of half the view: how far the crank reaches where it is fitted
 const REST_MS = 160; // after so long without a turn the view rests, and is drawn whole
 
 export class View {
@@ -266,10 +267,18 @@ export class View {
     this.radius = this.mode === "result" ? 1.2 * radius : radius; // with the rings of the tolerance planes
     this.controls.target.copy(center);
     this.camera.position.copy(center).add(new T.Vector3(0.9 * radius, 1.6 * radius, 1.9 * radius));
-    this.camera.zoom = 1;
     this.controls.update();
     this.resize();
+    this.fit();
   }
+  // The crank fills the view as it is seen now; what a hand has zoomed stays.
+  fit() {
+    const { x, y, z } = this.controls.target, [wide, high] = extents(this.corners(), [x, y, z], this.axes());
+    this.fitted = this.camera.zoom = (this.room || 1) * FILLS * Math.min(this.camera.right / wide, this.camera.top / high);
+    this.camera.updateProjectionMatrix();
+    this.draw();
+  }
+  corners() { return this.sets[this.mode].fine[0].geometry.attributes.position.array; }
 
   // Look against a direction that points out of the metal, a little from aside; `aside` null: square on.
   turnTo(out, aside = [0, 0, 0.45]) {
@@ -278,6 +287,7 @@ export class View {
     if (aside) away.add(new T.Vector3(...(Math.abs(away.z) > 0.9 ? [0.3, 0.25, 0] : aside))).normalize();
     this.camera.position.copy(this.controls.target).addScaledVector(away, 2.6 * this.radius);
     this.controls.update();
+    if (this.camera.zoom === this.fitted) this.fit();
     this.draw();
   }
 
@@ -401,15 +411,10 @@ export class View {
     return [at.toArray(), way.toArray()];
   }
 
-  // Which way the eye is, from the crank; how far the crank reaches from its axis, and where its webs begin and end.
-  eye() { return new T.Vector3().setFromMatrixColumn(this.camera.matrixWorld, 2).toArray(); }
-  reach() {
-    const p = this.sets[this.mode]?.fine[0].geometry.attributes.position.array, size = { radius: 0, z: [Infinity, -Infinity] };
-    if (!p) return null;
-    for (let k = 0; k < p.length; k += 3) size.radius = Math.max(size.radius, Math.hypot(p[k], p[k + 1]));
-    for (let k = 0; k < p.length; k += 3) if (Math.hypot(p[k], p[k + 1]) > 0.6 * size.radius) size.z = [Math.min(size.z[0], p[k + 2]), Math.max(size.z[1], p[k + 2])];
-    return size;
-  }
+  // Which way the eye is, from the crank; right, up and towards the eye as the camera has them; how far the crank reaches from its axis, and where its webs begin and end.
+  eye() { return this.axes()[2]; }
+  axes() { this.camera.updateMatrixWorld(); return [0, 1, 2].map((column) => new T.Vector3().setFromMatrixColumn(this.camera.matrixWorld, column).toArray()); }
+  reach() { return this.sets[this.mode] ? reached(this.corners()) : null; }
   // The diameter of the journal, crankpin or other cylinder on which a picked point lies; null elsewhere.
   roundAt({ point, part }) {
     return this.parts[part - 1]?.diameter_mm ?? roundOf(point, this.sets[this.mode].anatomy);

@@ -1,4 +1,4 @@
-// Webs of a result, each on its degree wheel: the drawings of the shop sheet in place of the model.
+// Webs of a result, each on its degree wheel, and sections: the drawings of the shop sheet in place of the model.
 import { html, useEffect, useRef } from "/static/preact.min.js";
 import { $ } from "/static/tools.js";
 import { askLeft, behind } from "/static/server.js";
@@ -23,10 +23,12 @@ export const hasWebs = () => Boolean(state.result) && drawn.value.id === state.r
 function Webs() {
   const isOpen = isShown.value && hasWebs();
   $("webs").hidden = !isOpen;
-  return isOpen ? html`<p>${zeroWords()}</p><div class="wheels">${drawn.value.webs.map((each) => html`<${Web} key=${each.title} ...${each}/>`)}</div>` : "";
+  return isOpen ? html`<p>${zeroWords()}</p><${Some} kind="web"/>${of("section").length ? html`<h2>${t("Sections")}</h2><${Some} kind="section"/>` : ""}` : "";
 }
-function Web({ title, labels, svg }) {
+const of = (kind) => drawn.value.webs.filter((each) => (each.kind || "web") === kind); // an earlier result has webs alone
+const Some = ({ kind }) => html`<div class="wheels" data-kind=${kind}>${of(kind).map((each) => html`<${Web} key=${each.title} ...${each}/>`)}</div>`;
+function Web({ title, labels, svg, kind = "web" }) {
   const box = useRef(null);
   useEffect(() => { box.current.innerHTML = svg; }, [svg]); // the server's own drawing
-  return html`<figure data-testid="web-drawn" data-labels=${JSON.stringify(labels)}><div ref=${box} role="img" aria-label=${`${title}: ${t("Cuts")} ${labels.join(", ")}`}></div><figcaption>${title}</figcaption></figure>`;
+  return html`<figure data-testid=${`${kind}-drawn`} data-labels=${JSON.stringify(labels)}><div ref=${box} role="img" aria-label=${`${title}: ${t("Cuts")} ${labels.join(", ")}`}></div><figcaption>${title}</figcaption></figure>`;
 }
