@@ -238,3 +238,50 @@ def test_a_verdict_that_is_not_met_tells_of_the_place_that_misses_it(window: Bro
     page.run(f"const report = arguments[0]; {ask}", report)
     says = until(page, "return window.told")
     assert says == "Plane A: Residual 30275.40 ± 1.00 g·mm; G 6.3 permits 111.50 g·mm at 6500 rpm."
+
+
+ADDED = """
+const table = document.getElementById("cuts-added");
+return [table.caption.textContent, [...table.tHead.rows[0].cells].map(each => each.innerText),
+  [...table.querySelectorAll("tr.turns")].map(row => [...row.cells].map(each => each.innerText))];
+"""
+
+
+def test_a_pad_is_added_with_a_height_under_its_own_heading(window: Browser, app: Served) -> None:
+    name, page = "pads.stl", window
+    if not (app.project / name).exists():
+        app.ask(f"/api/files?name={name}", small.crank(app.project.parent).read_bytes())
+    table = {**small.DRILLED["crankshaft"], "file": name}
+    balance = {"factor": 0.9, "grade": 16.0, "speed_rpm": 6000.0}
+    job = small.job(crankshaft=table, balance=balance, correction={"method": "add"})
+    for verb in ("inspect", "balance"):
+        small.ran(app, verb, job)
+    app.ask("/api/job", job, "PUT")
+    load(page, app)
+    with nothing_wrong(page, app):
+        page.click_on(at("tab-see"))
+        until(page, "return document.getElementById('cuts-added')")
+        assert page.run("return document.getElementById('cuts')") is None
+        pads = latest(app, "balance")["report"]["corrections"]
+        caption, heads, rows = page.run(ADDED)
+        assert caption == "Metal to add"
+        assert [each.split("\n")[0] for each in heads] == ["No.", "pad", "angle", "radius", "height"]
+        for pad, row in zip(pads, rows, strict=True):
+            assert pad["depth_mm"] < 0.0 > pad["removed_mass_g"]
+            assert row[1].startswith("Pad")
+            height, mass = row[4].split("\n")
+            assert height == f"{-pad['depth_mm']:.3f}"
+            assert mass == f"{-pad['removed_mass_g']:.2f} g on"
+        page.click_on(at("tab-machine"))
+        page.click_on(at("big"))
+        page.run("[...document.querySelectorAll('#big-digits .buttons button')][1].click()")
+        words = until(page, "return document.querySelector('.big-cut')?.innerText")
+        assert f"height\n{-pads[0]['depth_mm']:.2f} mm" in words
+        page.run("[...document.querySelectorAll('#big-digits button')].pop().click()")
+        # read and found within: the crank was corrected, so that it is not within already
+        for place, angle in ((1, 10), (2, 10)):
+            put(page, **{f"g_mm_{place}": 20, f"angle_{place}": angle})
+        page.click_on(at("recut"))
+        until(page, "return document.querySelectorAll('#stages tbody tr').length === 2", most_s=60.0)
+        page.click_on(at("tab-see"))
+        assert page.run("return document.querySelector('#verdict h2').textContent") == "Within tolerance"
