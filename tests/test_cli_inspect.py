@@ -37,8 +37,8 @@ def test_published_mass_properties(tmp_path: Path, capsys: pytest.CaptureFixture
     assert report["command"] == "inspect"
     assert report["job"] is None
     printed = capsys.readouterr()
-    assert "crank radius 26.900 mm" in printed.out
-    assert "counterweight: rim radius 51.381 mm over 179." in " ".join(printed.out.split())
+    assert "mm 26.900 mm 0.00°" in " ".join(printed.out.split())
+    assert "radius 51.381 mm 179." in " ".join(printed.out.split())
     assert printed.err == ""
 
 

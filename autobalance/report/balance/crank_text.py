@@ -81,7 +81,7 @@ def _cells(numbers: Sequence[float], u: DisplayUnits) -> tuple[str, ...]:
 
 
 def _measured(report: Report, units: DisplayUnits) -> str:
-    source, body = report.input.own, report.crank.body
+    source, body = report.input, report.crank.body
     centre = ", ".join(units.of_length(value) for value in body.centre_of_mass_mm)
     bodies = "body" if source.bodies == 1 else "bodies"
     lines = [
@@ -96,7 +96,7 @@ def _measured(report: Report, units: DisplayUnits) -> str:
 def _boundary(report: Report) -> str:
     """Return the kinds of a solid's true surfaces, if its file keeps them, else its number of triangles."""
     if report.true_surfaces is ABSENT:
-        return f"{report.input.own.triangles} triangles"
+        return f"{report.input.triangles} triangles"
     faces = vars(report.true_surfaces.before.faces)
     many = {"torus": "tori", "other": "others"}
     named = {kind: kind if count == 1 else many.get(kind, kind + "s") for kind, count in faces.items()}
@@ -106,23 +106,19 @@ def _boundary(report: Report) -> str:
 
 def anatomy_text(crank: Crank, units: DisplayUnits) -> str:
     """Return journals, throws and webs of a crank in columns."""
-    rows = [("Part", "z", "diameter", "width", "")]
+    rows = [("Part", "z", "diameter", "width", "crank radius", "angle")]
     for pin in crank.main_journals:
-        rows.append((f"  main journal {pin.number}", *_pin_cells(pin, units), ""))
+        rows.append((f"  main journal {pin.number}", *_pin_cells(pin, units), "", ""))
     for throw in crank.throws:
-        note = f"crank radius {units.of_length(throw.crank_radius_mm)} at {degrees(throw.angle_deg, 2)}"
-        rows.append((f"  throw {throw.number}", *_pin_cells(throw.crankpin, units), note))
-    for web in crank.webs:
-        middle = 0.5 * (web.z_min_mm + web.z_max_mm)
-        width = units.of_length(web.z_max_mm - web.z_min_mm)
-        note = _counterweight_note(web, units)
-        rows.append((f"  web {web.number}", units.of_length(middle), "", width, note))
+        place = units.of_length(throw.crank_radius_mm), degrees(throw.angle_deg, 2)
+        rows.append((f"  throw {throw.number}", *_pin_cells(throw.crankpin, units), *place))
     off = units.of_length(crank.journal_misalignment_mm)
     return "\n".join(
         [
             table(rows),
             f"  main journals within {off} of the common axis",
             *scan_lines(crank, units),
+            *_webs(crank.webs, units),
             *_also_on_axis(crank, units),
         ]
     )
@@ -140,14 +136,20 @@ def _also_on_axis(crank: Crank, units: DisplayUnits) -> list[str]:
     return ["", table(rows)] if len(rows) > 1 else []
 
 
-def _counterweight_note(web: Web, units: DisplayUnits) -> str:
-    if not web.counterweight:
-        return ""
-    outline = present(web.outline)
-    if outline is None:
-        return "counterweight"
-    rim = units.of_length(outline.rim_radius_mm)
-    return f"counterweight: rim radius {rim} over {outline.fan_angle_deg:.1f}°"
+def _webs(webs: Sequence[Web], units: DisplayUnits) -> list[str]:
+    """Return the table of the webs, with their counterweights' rims if there are any."""
+    rows: list[tuple[str, ...]] = [("Web", "z", "width", "counterweight's rim", "over")]
+    for web in webs:
+        middle, width = 0.5 * (web.z_min_mm + web.z_max_mm), web.z_max_mm - web.z_min_mm
+        outline = present(web.outline)
+        rim = "found" if web.counterweight else "none"
+        angle = ""
+        if web.counterweight and outline is not None:
+            rim, angle = f"radius {units.of_length(outline.rim_radius_mm)}", f"{outline.fan_angle_deg:.1f}°"
+        rows.append((f"  web {web.number}", units.of_length(middle), units.of_length(width), rim, angle))
+    if not any(web.counterweight for web in webs):
+        rows = [row[:3] for row in rows]
+    return ["", table(rows)] if webs else []
 
 
 def _pin_cells(pin: Journal | Pin, units: DisplayUnits) -> tuple[str, str, str]:
