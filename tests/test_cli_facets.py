@@ -157,7 +157,7 @@ def test_what_is_needed_falls_as_the_square() -> None:
     resultant = needed(found, tolerance, Share(4.0 * most, (0.0, 0.0)))
     assert resultant is not None
     assert resultant.finer == pytest.approx(2.0)
-    assert resultant.sag_mm == pytest.approx(0.01)
+    assert resultant.needed_sag_mm == pytest.approx(0.01)
     plane = needed(
         found, tolerance, Share(most, (0.0, 9.0 * MAX_DOUBT * tolerance.planes[1].permissible_g_mm))
     )

@@ -24,29 +24,32 @@ MAX_DOUBT = 1.0 / 3.0
 def facet_entry(
     facets: ChordalError | None,
     correction: FacetCorrection,
-    finer: record.FacetsNeeded | None = None,
+    finer: record.TooCoarse | None = None,
     after: Moments | None = None,
-) -> record.ChordalErrorEntry | None:
+) -> record.FacetError | None:
     """Return the report's entry on the facets; ``after`` is the correction of the cut crank."""
     from autobalance.balancing import record
 
     if facets is None:
         return None
     before = correction.part(facets.missing)
-    return record.ChordalErrorEntry(
-        facets.missing.mass_g,
-        facets.unbalance_g_mm,
-        facets.mass_bar_g,
-        facets.unbalance_bar_g_mm,
-        facets.sag_mm,
-        correction.verdict,
-        correction.reason,
-        finer,
-        (before, before if after is None else after) if correction.mass else None,
+    added = record.HiddenMetalAdded(
+        before=record.HiddenMetal.of(before), after=record.HiddenMetal.of(before if after is None else after)
+    )
+    return record.FacetError(
+        mass_g=facets.missing.mass_g,
+        unbalance_g_mm=facets.unbalance_g_mm,
+        mass_bar_g=facets.mass_bar_g,
+        unbalance_bar_g_mm=facets.unbalance_bar_g_mm,
+        sag_mm=facets.sag_mm,
+        correction=correction.verdict,
+        reason=correction.reason,
+        added=added if correction.mass else None,
+        too_coarse=finer,
     )
 
 
-def needed(facets: ChordalError, tolerance: Tolerance, share: Share) -> record.FacetsNeeded | None:
+def needed(facets: ChordalError, tolerance: Tolerance, share: Share) -> record.TooCoarse | None:
     """Return the fineness that a tolerance needs of the facets; None where they are fine enough.
 
     Their error falls as the square of their number around a circle, as does their chord height.
@@ -84,7 +87,7 @@ def needed(facets: ChordalError, tolerance: Tolerance, share: Share) -> record.F
         chord,
         f"{_two_digits(finer, math.ceil):g}",
     )
-    return record.FacetsNeeded(finer, sag, text)
+    return record.TooCoarse(finer=finer, needed_sag_mm=sag, text=text)
 
 
 def _two_digits(value: float, rounded: Callable[[float], int]) -> float:

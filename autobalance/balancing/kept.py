@@ -26,9 +26,9 @@ from autobalance.correction.overlap import Overlap
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError, FormatError, JobError
 from autobalance.job import Job
+from autobalance.planning.answer import JobChange, Relaxation
 from autobalance.planning.depths import Plan
 from autobalance.planning.milp_model import is_never
-from autobalance.planning.relaxation import Change, Relaxation
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import LIMITS_SOUGHT, Notify, Skipped, skippable
@@ -270,7 +270,7 @@ def _without(kept: KeptPlan, job: Job, rotor: Rotor, tolerance: Tolerance) -> tu
     metal = sum(abs(cut.effect(float(depth)).mass_g) for cut, depth in cuts if depth > 0.0)
     count = int((free.plan.depths_mm > 0.0).sum())
     text = f"a new plan, without keep: {count} cut{'s' * (count != 1)}"
-    return (Relaxation(text, (Change("correction.keep", kept.report, None),), free.plan.share, metal),)
+    return (Relaxation(text, (JobChange("correction.keep", kept.report, None),), free.plan.share, metal),)
 
 
 def _heavy_then(

@@ -36,9 +36,9 @@ from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.overlap import Overlap, taken_in_turn
 from autobalance.correction.registry import setup_order
 from autobalance.crank.anatomy import Web
+from autobalance.planning.answer import Relaxation, Step
 from autobalance.planning.depths import AIM_SHARE, Plan, worthwhile
 from autobalance.planning.reject_worse import harmless, is_harmless
-from autobalance.planning.relaxation import Relaxation
 from autobalance.planning.too_light import too_light_g_mm, too_light_text
 from autobalance.planning.whole_cuts import choose, settable
 from autobalance.quantities import said
@@ -98,20 +98,6 @@ PASSES = 6
 """Most passes, each from the untouched crank; one or two are usual."""
 MEASURED_WORSE = 0.01
 """Share by which a judged value may exceed its initial one, as measured, above the tolerance."""
-
-
-@dataclass(frozen=True)
-class Step:
-    """One pass: its planned depths, and the residual predicted and measured on the cut solid.
-
-    ``depths_mm`` has one entry a correction, in the order of the result's corrections; magnitudes are those
-    of the resultant [g·mm].
-    """
-
-    step: int
-    depths_mm: tuple[float, ...]
-    predicted_g_mm: float
-    measured_g_mm: float
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
+from autobalance.declare import LAST, NotNegative, derived
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Budget, Places, Share, Unbalance
 from autobalance.types import Array
@@ -180,15 +181,15 @@ MAX_DIFFERENCE_SIGMAS = 2.0
 
 
 @dataclass(frozen=True)
-class Suspect:
-    """A mistake that would explain a reading, with the difference that it leaves and its description."""
+class StageSuspect:
+    """A likely mistake in a reading, with the difference that it leaves and its description."""
 
     cause: Cause
-    difference_g_mm: float
-    left_g_mm: float
-    says: str
+    difference_g_mm: Annotated[NotNegative, LAST]
+    left_g_mm: Annotated[NotNegative, LAST]
+    says: Annotated[str, LAST]
 
-    @property
+    @derived
     def key(self) -> str:
         """Key of the reading file that the mistake makes wrong."""
         return KEYS[self.cause]
@@ -238,15 +239,15 @@ class Comparison:
         return np.array(reading.share.planes_g_mm)
 
 
-def suspects(compared: Comparison) -> list[Suspect]:
+def suspects(compared: Comparison) -> list[StageSuspect]:
     """Return the mistakes that explain the difference, best first; none where the readings agree."""
     if compared.agrees:
         return []
     difference = float(np.linalg.norm(compared.difference))
-    suspect_of: dict[Cause, Suspect] = {}
+    suspect_of: dict[Cause, StageSuspect] = {}
     for cause, left, says in _tried(compared):
         if left <= MAX_LEFT * difference and (cause not in suspect_of or left < suspect_of[cause].left_g_mm):
-            suspect_of[cause] = Suspect(cause, difference, left, says)
+            suspect_of[cause] = StageSuspect(cause, difference, left, says)
     return sorted(suspect_of.values(), key=lambda each: each.rank)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from autobalance.crank.against import Against, Aligned, aligned, turned
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.faces import find_faces, find_rims, lowering_worth_g_mm_per_mm
 from autobalance.crank.recognition.recognise import recognise
+from autobalance.declare import ABSENT
 from autobalance.disk_cache import digest_of, kept
 from autobalance.errors import BodiesError, JobError, OverlapError, RecognitionError
 from autobalance.job import Balance, Crankshaft, Job
@@ -30,7 +31,7 @@ from autobalance.solid.chordal_error.of_scans import chordal_error_of_scan
 from autobalance.solid.formats.read import Source, read
 
 if TYPE_CHECKING:
-    from autobalance.balancing.record import InputFile, TrueSurfaces
+    from autobalance.balancing.record import Input, TrueSurfaces
 
 
 # A measured crank compared with another one: a scan against its drawing.
@@ -342,15 +343,24 @@ def _facets_of(source: Source, density_g_mm3: float, anatomy: Anatomy, fit: bool
     return chordal_error_of_mesh(mesh, density_g_mm3, frame, fit=fit)
 
 
-def input_file(path: Path | None, crank: Crank) -> InputFile:
+def input_file(path: Path | None, crank: Crank) -> Input:
     """Return the report's entry on the crank's file, and on that of its scan beside it."""
-    from autobalance.balancing.record import InputFile
+    from autobalance.balancing.record import CrankFile, Input
 
-    source = crank.source
-    name = None if source.format is None else source.format.removesuffix("-ascii")  # both are STL
-    file = None if path is None else str(path)
-    scan = None if crank.beside is None else input_file(crank.beside.file, crank.beside.crank)
-    return InputFile(file, source.sha256, name, source.triangles, source.bodies, crank.repairs, scan)
+    def entry(path: Path | None, crank: Crank) -> dict[str, Any]:
+        source = crank.source
+        return {
+            "file": None if path is None else str(path),
+            "sha256": source.sha256,
+            "format": None if source.format is None else source.format.removesuffix("-ascii"),  # both are STL
+            "triangles": source.triangles,
+            "bodies": source.bodies,
+            "repairs": crank.repairs,
+        }
+
+    beside = crank.beside
+    scan = ABSENT if beside is None else CrankFile(**entry(beside.file, beside.crank))
+    return Input(**entry(path, crank), scan=scan)
 
 
 def surfaces_entry(crank: Crank) -> TrueSurfaces | None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from autobalance.declare import ABSENT, Absent
+from autobalance.declare import ABSENT, Absent, NotNegative, Ordinal, Pair, Sha256, record
 from autobalance.types import Array
+from autobalance.units import G_MM2_PER_KG_MM2
 from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that these load
@@ -29,47 +30,79 @@ if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that t
     from autobalance.running_gear.roll import ShakingForce
 
 
-@dataclass(frozen=True)
-class InputFile:
-    """The crank's file as it was read; ``scan`` is its scan's file, where that was measured beside it."""
+@record
+class CrankFile:
+    """A file that holds a crank, as it was read."""
 
-    file: str | None
-    sha256: str
+    file: Annotated[str | None, "null: made in memory"]
+    sha256: Sha256
     format: str | None
-    triangles: int
-    bodies: int
-    repairs: tuple[str, ...]
-    scan: InputFile | None = None
+    triangles: Ordinal
+    bodies: Ordinal
+    repairs: Sequence[str]
 
 
-@dataclass(frozen=True)
-class FacetsNeeded:
-    """Fineness of facets that a grade needs: factor on their number around a circle, chord height, words."""
+@record
+class Input(CrankFile):
+    """The crank file."""
 
-    finer: float
-    sag_mm: float
+    scan: Annotated[CrankFile, "whose mass and unbalance count, where the drawing is cut"] | Absent = ABSENT
+
+
+@record
+class HiddenMetal:
+    """Metal between facets and true surfaces."""
+
+    mass_g: float
+    unbalance_g_mm: Pair
+    moment_g_mm2: Pair
+    polar_inertia_kg_mm2: float
+
+    @classmethod
+    def of(cls, moments: Moments) -> Self:
+        """Return hidden metal of moments in the rotor frame."""
+        return cls(
+            mass_g=moments.mass_g,
+            unbalance_g_mm=moments.first_g_mm[:2],
+            moment_g_mm2=moments.second_g_mm2[:2, 2],
+            polar_inertia_kg_mm2=moments.polar_inertia_g_mm2 / G_MM2_PER_KG_MM2,
+        )
+
+
+@record
+class HiddenMetalAdded:
+    """Hidden metal added to the moments before and after the cut."""
+
+    before: HiddenMetal
+    after: HiddenMetal
+
+
+@record
+class TooCoarse:
+    """Factor by which the mesh would have to be finer."""
+
+    finer: NotNegative
+    needed_sag_mm: NotNegative
     text: str
 
 
-@dataclass(frozen=True)
-class ChordalErrorEntry:
-    """Excess of the true surface over the facets: mass, and the magnitude of the unbalance.
+@record
+class FacetError:
+    """Metal between facets and true surfaces, with its error bar: excess of mass, magnitude of unbalance.
 
-    ``mass_bar_g`` and ``unbalance_bar_g_mm`` are their error bars, ``sag_mm`` is the largest chord height.
-    ``correction`` is whether the estimate was added to the measured moments (None: not requested); ``reason``
-    is why not or not all of it. ``needed`` is None if the facets are fine enough or have no limit. ``added``
-    are the moments added before and after cutting, None if none were.
+    ``sag_mm`` is the largest chord height. ``correction`` is whether the estimate was added to the measured
+    moments (None: not requested); ``reason`` is why not or not all of it.
     """
 
     mass_g: float
     unbalance_g_mm: float
-    mass_bar_g: float = 0.0
-    unbalance_bar_g_mm: float = 0.0
-    sag_mm: float = 0.0
+    mass_bar_g: NotNegative = 0.0
+    unbalance_bar_g_mm: NotNegative = 0.0
+    sag_mm: NotNegative = 0.0
     correction: Literal["applied", "mass_only", "declined", "not_needed"] | None = None
     reason: str | None = None
-    needed: FacetsNeeded | None = None
-    added: tuple[Moments, Moments] | None = None
+    added: HiddenMetalAdded | None = None
+    too_coarse: TooCoarse | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +112,7 @@ class MeasuredCrank:
     moments: Moments
     volume_mm3: float
     anatomy: Anatomy
-    facet_error: ChordalErrorEntry | None = None
+    facet_error: FacetError | None = None
     calibration: Calibration | None = None
     mass_pm_g: float | None = None
 
@@ -199,7 +232,7 @@ class Record:
     """
 
     command: Literal["balance", "inspect", "recut"]
-    input: InputFile
+    input: Input
     crank: MeasuredCrank
     initial: Unbalance
     planes_z_mm: tuple[float, float] | None

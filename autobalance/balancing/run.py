@@ -28,8 +28,8 @@ from autobalance.balancing.plausibility import oddities
 from autobalance.balancing.record import (
     Balanced,
     BobWeights,
-    ChordalErrorEntry,
     Counterweight,
+    FacetError,
     Factors,
     Forces,
     MeasuredCrank,
@@ -328,7 +328,7 @@ def _staged_assembly(job: Job, tolerance: Tolerance, residual: Unbalance) -> tup
     return staged_assembly(job, tolerance, residual)
 
 
-def _facet_entry(crank: Crank, tolerance: Tolerance, result: Result) -> ChordalErrorEntry | None:
+def _facet_entry(crank: Crank, tolerance: Tolerance, result: Result) -> FacetError | None:
     """Return the report's entry on the facets, with the fineness that the grade needs.
 
     True surfaces have no facets; their uncertainty is the distance of their edges from them.

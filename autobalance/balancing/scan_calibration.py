@@ -11,11 +11,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import field
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 
 from autobalance.balancing.scan_uncertainty import ONE_AXIS_SIGMAS_95, Patches, mass_noise_g, systematic
 from autobalance.crank.anatomy import Anatomy, Pin
+from autobalance.declare import KG_M3, UNWRITTEN, NotNegative, Positive
 from autobalance.errors import JobError
 from autobalance.job.model.engine import Calibrate, CrankReadings
 from autobalance.rigid_rotor.unbalance import Moments
@@ -38,41 +40,24 @@ ODD_MASS = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """Skin, scale and their uncertainty by the readings of a scanned crank.
+    """Calibration of a scan by scale and micrometer; "none" where neither was used.
 
-    Attributes
-    ----------
-    by : {"skin", "density", "none"}
-        What was calibrated; of "none" the rest is only reported.
-    skin_mm, skin_pm_mm : float
-        How far the scanned surface lies outside the crank's, and its half-width (95 %).
-    scale, scale_pm : float
-        Of the scan: its lengths over the crank's.
-    density_g_mm3 : float
-        As calibrated, else as given.
-    mass_pm_g : float
-        Half-width (95 %) of the mass as calibrated.
-    mass_difference_g : float or None
-        Of the scan less the scale's, before anything was calibrated; None where it was not weighed.
-    covariance : (2, 2) float
-        Of skin [mm] and scale.
-    added : Moments
-        What the calibration adds to the moments measured at ``density_g_mm3``, rotor frame.
-    contradictions : tuple of str
-        What does not agree, a line each.
+    Half-widths (``pm``) are of 95 %. ``mass_pm_g`` is that of the mass as calibrated, ``covariance`` (2, 2)
+    that of skin [mm] and scale, ``added`` what the calibration adds to the moments measured at
+    ``density_g_mm3``, rotor frame.
     """
 
     by: Calibrate
-    skin_mm: float
-    skin_pm_mm: float
-    scale: float
-    scale_pm: float
-    density_g_mm3: float
-    mass_pm_g: float
-    mass_difference_g: float | None
-    covariance: Array
-    added: Moments = field(default_factory=Moments.zero)
-    contradictions: tuple[str, ...] = ()
+    skin_mm: Annotated[float, "how far the scanned surface lies outside the crank's"]
+    skin_pm_mm: NotNegative
+    scale: Annotated[Positive, "of the scan: its lengths over the crank's"]
+    scale_pm: NotNegative
+    density_g_mm3: Annotated[Positive, KG_M3]
+    mass_difference_g: Annotated[float | None, "of the scan as it came less the scale's; null: not weighed"]
+    mass_pm_g: Annotated[float, UNWRITTEN]
+    covariance: Annotated[Array, UNWRITTEN]
+    added: Annotated[Moments, UNWRITTEN] = field(default_factory=Moments.zero)
+    contradictions: Sequence[str] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,8 +157,8 @@ def calibration_of(crank: Scanned, readings: CrankReadings) -> Calibration | Non
         1.0 + float(values[1]),
         float(pm[1]),
         density,
-        _mass_pm_g(crank, readings, skin),
         difference,
+        _mass_pm_g(crank, readings, skin),
         covariance,
         added,
         tuple(odd),

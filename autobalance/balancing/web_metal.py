@@ -16,6 +16,7 @@ from autobalance.correction.faces.patches import face_frame
 from autobalance.correction.holes.surface import Fillet, fillet_of
 from autobalance.correction.machining import listed_outline, loops_area_mm2, side_of
 from autobalance.crank.anatomy import Anatomy, Pin, Web
+from autobalance.declare import NotNegative, Ordinal
 from autobalance.quantities import mm, said
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
@@ -56,9 +57,9 @@ ZERO_AREA = 1e-300
 class WebMetal:
     """Minimum metal along the axis between a web's crankpin and main journal, before and after the cuts."""
 
-    web: int
-    thinnest_before_mm: float
-    thinnest_mm: float
+    web: Ordinal
+    thinnest_before_mm: NotNegative
+    thinnest_mm: NotNegative
 
 
 def web_metal(before: Solid, after: Solid | None, anatomy: Anatomy) -> tuple[WebMetal, ...]:

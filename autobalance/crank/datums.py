@@ -8,7 +8,16 @@ from typing import Annotated, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.declare import LAST, Angle, Positive, StandardError, derived
+from autobalance.declare import (
+    LAST,
+    UNWRITTEN,
+    Angle,
+    NotNegative,
+    Positive,
+    Size,
+    StandardError,
+    derived,
+)
 from autobalance.types import Array
 from autobalance.value_classes import dataclass
 
@@ -149,37 +158,45 @@ class NoiseKernel:
 
 @dataclass(frozen=True, eq=False)
 class ScannedCylinder:
-    """A journal or crankpin as scanned: standard errors (``pm``), and its surface's distance from the fit.
+    """A scanned journal or crankpin: standard errors (``pm``), and how its surface is off the fit.
 
     ``out_of_round_mm`` is the largest less the least radius of its mean section; ``run_out_mm`` a main
     journal's reading on a dial, were the crank turned about the common axis: twice its centre's distance.
     ``centre_pm_mm`` (3,) is of its centre in the rotor frame.
     """
 
-    centre_pm_mm: Array
-    diameter_pm_mm: float
-    width_pm_mm: float
-    rms_mm: float
-    out_of_round_mm: float
-    covered: float
-    run_out_mm: float | None = None
+    centre_pm_mm: Annotated[Array, Size(3, 3)]
+    diameter_pm_mm: NotNegative
+    width_pm_mm: NotNegative
+    rms_mm: NotNegative
+    out_of_round_mm: NotNegative
+    run_out_mm: Annotated[float | None, UNWRITTEN] = None
+
+
+@dataclass(frozen=True)
+class ScannedOutline:
+    """Standard errors of a scanned counterweight, and how its rim is off the fitted one."""
+
+    rim_radius_pm_mm: NotNegative
+    rms_mm: NotNegative
+    fan_angle_pm_deg: NotNegative
+    thickness_pm_mm: NotNegative
+    skew_pm_deg: NotNegative
 
 
 @dataclass(frozen=True)
 class ScannedWeb:
-    """Standard errors of a web, and of its counterweight's outline if it has one (0: none).
+    """Standard errors of a scanned web, and of its counterweight's outline if it has one.
 
     ``other_ends_mm`` are the heights in the rotor frame where it may begin, and end, instead: at collars.
     """
 
-    z_min_pm_mm: float
-    z_max_pm_mm: float
-    rim_radius_pm_mm: float = 0.0
-    rim_rms_mm: float = 0.0
-    fan_angle_pm_deg: float = 0.0
-    skew_pm_deg: float = 0.0
-    thickness_pm_mm: float = 0.0
-    other_ends_mm: tuple[tuple[float, ...], tuple[float, ...]] = field(default=((), ()), kw_only=True)
+    z_min_pm_mm: NotNegative
+    z_max_pm_mm: NotNegative
+    outline: Annotated[ScannedOutline | None, UNWRITTEN] = None
+    other_ends_mm: Annotated[tuple[tuple[float, ...], tuple[float, ...]], UNWRITTEN] = field(
+        default=((), ()), kw_only=True
+    )
 
 
 @dataclass(frozen=True, eq=False)

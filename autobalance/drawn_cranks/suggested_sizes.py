@@ -7,7 +7,7 @@ import math
 import numpy as np
 from scipy.optimize import least_squares
 
-from autobalance.balancing.suggestions.wanted import Aim, Change, Refused, Suggestion
+from autobalance.balancing.suggestions.wanted import Aim, Refused, SuggestedChange, Suggestion
 from autobalance.drawn_cranks.design import Design
 from autobalance.drawn_cranks.generate import exact_moments
 from autobalance.drawn_cranks.input import with_settings
@@ -95,7 +95,7 @@ def _tried(design: Design, aim: Aim, keys: tuple[str, ...], kind: str, here: Mom
             break
     assert first is not None
     changes = tuple(
-        Change(key, old, closed, new)
+        SuggestedChange(key, old, closed, new)
         for key, old, closed, new in zip(keys, before, first, values, strict=True)
     )
     text = ", ".join(

@@ -9,7 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from autobalance.balancing.record import ChordalErrorEntry, MeasuredCrank
+from autobalance.balancing.record import FacetError, MeasuredCrank
 from autobalance.balancing.rotor_from_job import beside_throws, crank_factor, throw_loads
 from autobalance.balancing.suggestions.wanted import Aim, Wanted
 from autobalance.declare import ABSENT, Absent
@@ -190,7 +190,7 @@ def _generated(design: Design, target: Path, unit: str) -> tuple[bytes, int | No
     error = None
     if triangles is not None:
         hidden = exact - written
-        error = ChordalErrorEntry(abs(hidden.mass_g), math.hypot(*hidden.first_g_mm[:2]))
+        error = FacetError(mass_g=abs(hidden.mass_g), unbalance_g_mm=math.hypot(*hidden.first_g_mm[:2]))
     volume = exact.mass_g / (design.density_kg_m3 * G_PER_MM3_PER_KG_M3)
     return data, triangles, MeasuredCrank(exact.moved(anatomy.file_to_rotor), volume, anatomy, error)
 

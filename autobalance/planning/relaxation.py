@@ -16,6 +16,7 @@ from autobalance.correction.kind import Candidates, Kind, Workpiece
 from autobalance.correction.relaxing import MoreCuts, Otherwise, Relaxing, WiderLimits
 from autobalance.crank.faces import find_faces
 from autobalance.errors import CorrectionError
+from autobalance.planning.answer import JobChange, Relaxation
 from autobalance.planning.depths import Plan, judged_rows
 from autobalance.planning.milp import least_share
 from autobalance.planning.whole_cuts import choose
@@ -38,42 +39,6 @@ MOST_LIGHTER = 2
 """Other kinds proposed that take metal off, at most."""
 NAMED_RELAXATIONS = 3
 """Relaxations named, at most."""
-
-
-@dataclass(frozen=True)
-class Change:
-    """Key of a job by its dotted name, its present value (None: the job has no such table) and a new one."""
-
-    key: str
-    present: Any
-    proposed: Any
-
-
-@dataclass(frozen=True)
-class Relaxation:
-    """Changes of the job that together make the tolerance reachable.
-
-    Attributes
-    ----------
-    text : str
-        Description for people.
-    changes : tuple of Change
-    used_share : float
-        Worst judged value that is left then, as a share of its permissible value.
-    metal_g : float or None
-        Metal that it then takes; None where the cuts stay as they are [g].
-    tried : bool
-        Whether the correction was planned again with the changes; else they follow from the residual.
-    methods : tuple of limits
-        The limits of a job with the changes; empty where these are other keys.
-    """
-
-    text: str
-    changes: tuple[Change, ...]
-    used_share: float
-    metal_g: float | None
-    tried: bool = True
-    methods: tuple[Limits, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,12 +138,12 @@ def _words(limits: Limits, way: Relaxing) -> str:
     return f"{name}: {way.text}" if isinstance(way, Otherwise) else f"another {name}.{way.key}"
 
 
-RemedyText = tuple[str, tuple[Change, ...]]
+RemedyText = tuple[str, tuple[JobChange, ...]]
 
 
-def _changes(limits: Limits, changed: Mapping[str, Any]) -> tuple[Change, ...]:
+def _changes(limits: Limits, changed: Mapping[str, Any]) -> tuple[JobChange, ...]:
     table = f"correction.{correction.kind_of(limits).name}"
-    return tuple(Change(f"{table}.{key}", getattr(limits, key), value) for key, value in changed.items())
+    return tuple(JobChange(f"{table}.{key}", getattr(limits, key), value) for key, value in changed.items())
 
 
 def _relaxed(tried: Attempt, number: int, way: Relaxing) -> Relaxation | None:
@@ -290,7 +255,7 @@ def _always(remedy: RemedyText) -> Callable[[Plan], RemedyText]:
     return lambda _: remedy
 
 
-def _own_keys(changes: Sequence[Change], name: str) -> dict[str, Any]:
+def _own_keys(changes: Sequence[JobChange], name: str) -> dict[str, Any]:
     """Return the proposed keys of a kind's own table."""
     table = f"correction.{name}."
     return {
@@ -324,7 +289,7 @@ def lighter(tried: Attempt) -> Iterator[Relaxation]:
                 continue
             candidates = correction.joined([own, tried.candidates]) if others else own
             text = f"{kind.noun.lower()}s {'as well' if others else 'instead'} (method {', '.join(method)})"
-            remedy = text, (Change("correction.method", names, method),)
+            remedy = text, (JobChange("correction.method", names, method),)
             relaxed = _if_enough(tried, candidates, _always(remedy), (limits, *others))
             if relaxed is not None:
                 yield relaxed
@@ -352,7 +317,7 @@ def _may_help(tried: Attempt, kind: Kind[Any]) -> bool:
 def _remedy(tried: Attempt, kind: Kind[Any], cut: Cut) -> RemedyText:
     names = [correction.kind_of(limits).name for limits in tried.asked]
     keys = kind.remedy_keys(cut).items()
-    changes = [Change(f"correction.{kind.name}.{key}", None, value) for key, value in keys]
+    changes = [JobChange(f"correction.{kind.name}.{key}", None, value) for key, value in keys]
     if kind.name not in names:
-        changes.insert(0, Change("correction.method", tuple(names), (*names, kind.name)))
+        changes.insert(0, JobChange("correction.method", tuple(names), (*names, kind.name)))
     return kind.remedy_text(cut), tuple(changes)

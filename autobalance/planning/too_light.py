@@ -14,7 +14,8 @@ from autobalance.correction import Limits
 from autobalance.correction.contract import Cut
 from autobalance.correction.kind import Workpiece
 from autobalance.crank.faces import find_faces
-from autobalance.planning.relaxation import Attempt, Change, Relaxation
+from autobalance.planning.answer import JobChange, Relaxation
+from autobalance.planning.relaxation import Attempt
 from autobalance.planning.ties import key
 from autobalance.planning.whole_cuts import choose
 from autobalance.quantities import Quantity, g_mm, joined, mm, said
@@ -106,11 +107,11 @@ def _relaxation(tried: Attempt, names: tuple[str, ...], limits: Limits) -> Relax
     text, keys = kind.heavier_words(put_on)
     if len(put_on) < len(cuts):
         text = said("{}, trimmed by {}", text, " and ".join(names))
-    changes = [Change(f"correction.{kind.name}.{key}", None, value) for key, value in keys.items()]
+    changes = [JobChange(f"correction.{kind.name}.{key}", None, value) for key, value in keys.items()]
     methods = tuple(correction.kind_of(each).name for each in tried.asked)
     method = (*names, kind.name) if len(put_on) < len(cuts) else (kind.name,)
     if methods != method:
-        changes.insert(0, Change("correction.method", methods, method))
+        changes.insert(0, JobChange("correction.method", methods, method))
     metal = sum(abs(cut.effect(depth).mass_g) for cut, depth in cuts)
     own_methods = tuple(each for each in tried.methods if correction.kind_of(each).name in method)
     run_with = (*own_methods, kind.limits(**keys))
@@ -240,7 +241,8 @@ def factor_relaxations(short: Shortfall) -> tuple[Relaxation, ...]:
 def _relaxed_to(short: Shortfall, factor: float, how: str) -> Relaxation:
     factor = round(factor, 6)
     text = f"a balance factor of {factor:.4f} can be reached {how}"
-    return Relaxation(text, (Change("balance.factor", short.factor, factor),), _share_at(short, factor), None)
+    change = JobChange("balance.factor", short.factor, factor)
+    return Relaxation(text, (change,), _share_at(short, factor), None)
 
 
 def _share_at(short: Shortfall, factor: float) -> float:

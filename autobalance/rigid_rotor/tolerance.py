@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import Annotated, Literal
 
-from autobalance.declare import Positive
+from autobalance.declare import UNWRITTEN, Positive, Size
 from autobalance.quantities import Quantity, Text, g, joined, said
 from autobalance.rigid_rotor.margin import Judged, Margin, explain_margin
 from autobalance.rigid_rotor.unbalance import Budget, Moments, Share, Unbalance
@@ -136,7 +136,10 @@ def share_between_planes(
 
 @dataclass(frozen=True)
 class TolerancePlane:
-    """Plane in which the residual is judged (not a correction plane)."""
+    """Tolerance plane and its share of the permissible value: the residual is judged in it.
+
+    It is no correction plane.
+    """
 
     name: Literal["A", "B"]
     z_mm: float
@@ -214,9 +217,11 @@ class OtherReading:
     known.
     """
 
-    meant: str
-    planes: tuple[TolerancePlane, ...]
-    rotor: OtherRotor | None = None
+    meant: Annotated[str, "the journal or crankpin that may be meant"]
+    planes: Annotated[
+        tuple[TolerancePlane, ...], Size(most=2), "empty where more than the planes would change"
+    ]
+    rotor: Annotated[OtherRotor | None, UNWRITTEN] = None
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from autobalance.balancing.machine_reading import (
     JudgedReading,
     MachineAccuracy,
     PlaneReading,
-    Suspect,
+    StageSuspect,
     bob_weight_fit,
     judged_reading,
     machine_cannot_show,
@@ -320,7 +320,7 @@ class RecutStage:
 
     # --- mistakes -------------------------------------------------------------------------------------------
 
-    def _suspects(self, judged: JudgedReading, model: Unbalance) -> list[Suspect]:
+    def _suspects(self, judged: JudgedReading, model: Unbalance) -> list[StageSuspect]:
 
         before = self._reading_before(model)
         if before is None:

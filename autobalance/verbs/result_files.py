@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from autobalance.declare import ABSENT
 from autobalance.report.bundle import bundle
 from autobalance.report.files import Staging, earlier_report, remove_stale, seen_from
 from autobalance.report.material import Choice, Material
@@ -237,7 +238,7 @@ def _named_from(record: Record, file: Path | None, folder: Path) -> Record:
     if file is None:
         return record
     scan = record.input.scan
-    if scan is not None and scan.file is not None:
+    if scan is not ABSENT and scan.file is not None:
         scan = replace(scan, file=seen_from(folder, Path(scan.file)))
     return replace(record, input=replace(record.input, file=seen_from(folder, file), scan=scan))
 

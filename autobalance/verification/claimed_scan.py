@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from autobalance.crank.anatomy import Anatomy
-from autobalance.crank.datums import ScanFit, ScannedCylinder, ScannedWeb
+from autobalance.crank.datums import ScanFit, ScannedCylinder, ScannedOutline, ScannedWeb
 from autobalance.crank.recognition.scanned import plane_faces
 from autobalance.errors import FileError
 from autobalance.job import Job
@@ -62,22 +62,15 @@ def with_scan_file(claims: Claims, folder: Path, job: Job, files: Files) -> Job:
 
 
 def _cylinder(part: Claims) -> ScannedCylinder:
-    runs_out = "journal_run_out_mm" in part.values
-    return ScannedCylinder(
-        part.array("centre_pm_mm", (3,)),
-        float(part.get("diameter_pm_mm", float)),
-        float(part.get("width_pm_mm", float)),
-        float(part.get("rms_mm", float)),
-        float(part.get("out_of_round_mm", float)),
-        covered=1.0,
-        run_out_mm=float(part.get("journal_run_out_mm", float)) if runs_out else None,
-    )
+    cylinder = part.record(ScannedCylinder)
+    if "journal_run_out_mm" not in part.values:
+        return cylinder
+    return replace(cylinder, run_out_mm=float(part.get("journal_run_out_mm", float)))
 
 
 def _web(part: Claims) -> ScannedWeb:
-    ends = float(part.get("z_min_pm_mm", float)), float(part.get("z_max_pm_mm", float))
+    web = part.record(ScannedWeb)
     if part.values.get("outline") is None:
-        return ScannedWeb(*ends)
-    outline = part.at("outline", part.get("outline", dict))
-    keys = ("rim_radius_pm_mm", "rms_mm", "fan_angle_pm_deg", "skew_pm_deg", "thickness_pm_mm")
-    return ScannedWeb(*ends, *(float(outline.get(key, float)) for key in keys))
+        return web
+    outline = part.at("outline", part.get("outline", dict)).record(ScannedOutline)
+    return replace(web, outline=outline)

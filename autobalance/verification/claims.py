@@ -6,16 +6,19 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import field
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
+from autobalance.declare import decoded
 from autobalance.errors import ClaimError, FormatError
 from autobalance.types import Array
 from autobalance.value_classes import dataclass
 
 # The values of a report by dotted path, checked one by one, and a ledger of what was checked.
 
+
+T = TypeVar("T")
 
 ROUNDING = 1e-9
 """Share by which a number may differ from its claim: sums in another order, no more."""
@@ -128,6 +131,14 @@ class Claims:
             expected = " x ".join(map(str, shape)) + " numbers" if shape else "a number"
             raise FormatError(f"{self.name}: {self.path(path)} is not {expected}")
         return array
+
+    def record(self, of: type[T], path: str | None = None) -> T:
+        """Return the record at a place, or that whose keys are among these."""
+        try:
+            return decoded(of, self.values if path is None else self.get(path, dict))
+        except ValueError as error:
+            place = self.path("").rstrip(".") if path is None else self.path(path)
+            raise FormatError(f"{self.name}: {f'{place}{error}'.lstrip('.')}") from None
 
     def entries(self, path: str, count: int | None = None) -> list[Claims]:
         """Return the entries of a list of objects, each to be checked by itself.

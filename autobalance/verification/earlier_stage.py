@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -169,26 +169,18 @@ def left_solid(path: Path, claims: Claims, job: Job) -> tuple[Path, Source]:
 
 def claimed_tolerance(claims: Claims, job: Job) -> Tolerance:
     """Return the tolerance of a report, which is fixed from the first stage on."""
-
-    def planes_of(listed: Sequence[Mapping[str, Any]]) -> tuple[TolerancePlane, ...]:
-        return tuple(
-            TolerancePlane(each["name"], float(each["z_mm"]), float(each["permissible_g_mm"]))
-            for each in listed
-        )
-
-    tolerance = claims.get("tolerance", dict)
+    planes = tuple(each.record(TolerancePlane) for each in claims.entries("tolerance.planes"))
+    several = "others" in claims.get("tolerance", dict)
+    others = [each.record(OtherReading) for each in claims.entries("tolerance.others")] if several else []
     return Tolerance(
         float(claims.get("tolerance.grade_mm_s", float)),
         float(claims.get("tolerance.speed_rpm", float)) * RAD_S_PER_RPM,
         float(claims.get("tolerance.rotor_mass_g", float)),
         float(claims.get("tolerance.permissible_g_mm", float)),
-        planes_of(claims.get("tolerance.planes", list)),
+        planes,
         job.balance.judge,
         job.balance.margin,
-        tuple(
-            OtherReading(str(each["meant"]), planes_of(each["planes"]))
-            for each in tolerance.get("others", ())
-        ),
+        tuple(others),
     )
 
 

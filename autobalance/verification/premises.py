@@ -26,7 +26,6 @@ from autobalance.crank.anatomy import (
     Web,
 )
 from autobalance.crank.datums import Datums
-from autobalance.declare import decoded
 from autobalance.errors import ClaimError, FormatError, JobError
 from autobalance.job import Job
 from autobalance.job.model import ThrowOil
@@ -182,10 +181,7 @@ def _datums(claims: Claims) -> Datums | None:
     """Return keyways, flanges and machined faces as a report lists them; None where it lists no datums."""
     if claims.get("crank.datums", object) is None:
         return None
-    try:
-        found = decoded(Datums, claims.get("crank.datums", dict))
-    except ValueError as error:
-        raise FormatError(f"{claims.name}: crank.datums{error}") from None
+    found = claims.record(Datums, "crank.datums")
     return Datums(found.keyways, found.flanges, found.faces)  # the angle follows: a claim, no premise
 
 

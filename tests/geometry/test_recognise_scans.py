@@ -42,9 +42,10 @@ def _rims(found: Anatomy, fit: ScanFit, radius_mm: float, sigma_mm: float) -> No
     """The farthest of a thousand points would be off by three σ; least squares is not."""
     for web, each in zip(found.webs, fit.webs, strict=True):
         if web.outline is not None:
+            assert each.outline is not None
             off = abs(web.outline.rim_radius_mm - radius_mm)
-            assert off < min(0.5 * sigma_mm + 1e-3, SURE * each.rim_radius_pm_mm + 1e-3)
-            assert each.rim_rms_mm == pytest.approx(sigma_mm, rel=0.35)
+            assert off < min(0.5 * sigma_mm + 1e-3, SURE * each.outline.rim_radius_pm_mm + 1e-3)
+            assert each.outline.rms_mm == pytest.approx(sigma_mm, rel=0.35)
 
 
 def _same_places(found: Anatomy, true: Anatomy) -> None:

@@ -11,7 +11,14 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from autobalance.balancing.suggestions.wanted import Aim, Bore, Change, Missing, Refused, Suggestion
+from autobalance.balancing.suggestions.wanted import (
+    Aim,
+    Missing,
+    Refused,
+    SuggestedBore,
+    SuggestedChange,
+    Suggestion,
+)
 from autobalance.crank.anatomy import Web
 from autobalance.errors import CorrectionError
 from autobalance.rigid_rotor.unbalance import Moments
@@ -21,6 +28,7 @@ from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.csg.tool import ring
 from autobalance.types import Array
 from autobalance.value_classes import dataclass
+from autobalance.wording import angle_deg
 
 WALL_MM = 3.0
 """Metal left between a bore and the web's outline, journals and crankpins."""
@@ -270,7 +278,7 @@ def _with_trials(
     kind: str, seats: Seats, depths: dict[float, float], aim: Aim, density: float, heavy: float
 ) -> Suggestion:
     """Cut the bores, measure, correct the depths, until the aim is reached."""
-    first, tried, bores = dict(depths), aim.start, list[Bore]()
+    first, tried, bores = dict(depths), aim.start, list[SuggestedBore]()
     for _ in range(MOST_TRIALS):
         depths = {side: round(depth, DIGITS) for side, depth in depths.items()}
         change, bores = _cut(seats, depths, first, density, heavy)
@@ -305,7 +313,7 @@ def _more(
 
 def _cut(
     seats: Seats, depths: dict[float, float], first: dict[float, float], density: float, heavy: float
-) -> tuple[Moments, list[Bore]]:
+) -> tuple[Moments, list[SuggestedBore]]:
     """Return the change of the moments, measured on the metal that the bores meet, and the bores."""
     total, bores = Moments.zero(), []
     for side, depth in depths.items():
@@ -319,15 +327,15 @@ def _cut(
                 change = metal.moments(1.0).scaled(heavy - density)
                 total = total + change
                 bores.append(
-                    Bore(
+                    SuggestedBore(
                         web.web.number, seat.diameter_mm, depth, first[side], float(np.linalg.norm(place)),
-                        math.atan2(float(place[1]), float(place[0])), start, abs(change.mass_g),
+                        angle_deg(place), start, abs(change.mass_g),
                     )
                 )  # fmt: skip
     return total, bores
 
 
-def _words(bores: Sequence[Bore], side: float, seats: Seats, kind: str) -> str:
+def _words(bores: Sequence[SuggestedBore], side: float, seats: Seats, kind: str) -> str:
     webs = {each.web.web.number for each in seats[side]}
     one = next(bore for bore in bores if bore.web in webs and _side_of(bore, seats) == side)
     count = len(seats[side][0].places)
@@ -340,8 +348,9 @@ def _words(bores: Sequence[Bore], side: float, seats: Seats, kind: str) -> str:
     )
 
 
-def _side_of(bore: Bore, seats: Seats) -> float:
-    place = bore.radius_mm * np.array([math.cos(bore.angle_rad), math.sin(bore.angle_rad)])
+def _side_of(bore: SuggestedBore, seats: Seats) -> float:
+    turn = math.radians(bore.angle_deg)
+    place = bore.radius_mm * np.array([math.cos(turn), math.sin(turn)])
     web = next(each.web for group in seats.values() for each in group if each.web.web.number == bore.web)
     return 1.0 if float(place @ web.towards) > 0.0 else -1.0
 
@@ -379,7 +388,7 @@ def _turned(webs: Sequence[_CounterweightWeb], aim: Aim, density: float) -> Sugg
         if aim.reached(tried, 1.0):
             break
     assert first is not None
-    change = Change("rim_radius_mm", start, first, radius)
+    change = SuggestedChange("rim_radius_mm", start, first, radius)
     return Suggestion(
         "rim",
         f"all counterweights turned to {radius:.2f} mm from {start:.2f} mm in radius",

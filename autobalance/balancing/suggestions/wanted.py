@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from autobalance.balancing.rotor_from_job import beside_throws, crank_factor, throw_loads
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.crank.sections import away_from_crankpin
+from autobalance.declare import Angle, Named, NotNegative, Ordinal, Positive
+from autobalance.declare.schema import open_keys
 from autobalance.errors import JobError
 from autobalance.job.model import EngineParts
 from autobalance.rigid_rotor.unbalance import Moments
@@ -170,30 +172,32 @@ class Aim:
         return [(web, towards) for web, towards in webs if float(towards @ self.direction) > MIN_COSINE]
 
 
+@open_keys
 @dataclass(frozen=True)
-class Change:
-    """Change of a design's dimension: its dotted key, and its value before, by closed form, and as tried."""
+class SuggestedChange:
+    """A size of a design that changes, by its dotted key: as it was, by the closed form, and as tried."""
 
     key: str
-    before: float
+    before: Annotated[float, Named("from")]
     closed_form: float
-    after: float
+    after: Annotated[float, Named("to")]
 
 
+@open_keys
 @dataclass(frozen=True)
-class Bore:
-    """A flat-bottomed bore along the crank axis, from a web's face away from its crankpin on.
+class SuggestedBore:
+    """A bore for heavy metal, flat-bottomed along the crank axis, from a web's face away from its pin on.
 
-    ``mass_g`` is the mass that it removes, or adds if filled with heavy metal. ``angle_rad`` and
-    ``radius_mm`` are its place, ``z_mm`` its beginning. ``closed_form_mm`` is the depth before it was tried.
+    ``mass_g`` is the mass that it removes, or adds if filled. ``radius_mm`` and ``angle_deg`` are its place,
+    ``z_mm`` its beginning. ``closed_form_depth_mm`` is the depth before it was tried.
     """
 
-    web: int
-    diameter_mm: float
-    depth_mm: float
-    closed_form_mm: float
-    radius_mm: float
-    angle_rad: float
+    web: Ordinal
+    diameter_mm: Positive
+    depth_mm: NotNegative
+    closed_form_depth_mm: float
+    radius_mm: NotNegative
+    angle_deg: Angle
     z_mm: float
     mass_g: float
 
@@ -205,8 +209,8 @@ class Suggestion:
     kind: str
     text: str
     tried: Moments
-    changes: tuple[Change, ...] = ()
-    bores: tuple[Bore, ...] = ()
+    changes: tuple[SuggestedChange, ...] = ()
+    bores: tuple[SuggestedBore, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -227,7 +227,6 @@ def scan_fit(fitted: FittedCrank, webs: Sequence[ScannedWeb]) -> ScanFit:
                 each.width_pm_mm,
                 each.fit.rms_mm,
                 _out_of_round_mm(each),
-                fitted.covered[number],
                 2.0 * float(np.linalg.norm(arms[number])) if number < len(journals) else None,
             )
         )

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Web
-from autobalance.crank.datums import ScannedWeb
+from autobalance.crank.datums import ScannedOutline, ScannedWeb
 from autobalance.crank.recognition.rough_fits import OUTLIER, Fit, spread_of
 from autobalance.crank.recognition.scan_cylinders import RoughCylinder, RoughMesh
 from autobalance.crank.recognition.scan_planes import FittedCrank, RoughPlane
@@ -123,10 +123,8 @@ def with_rims(
         rim, rim_pm, rms = _rim(web, rough, normals, fitted, origin_mm)
         webs.append(replace(web, outline=replace(web.outline, rim_radius_mm=rim)))
         border = math.degrees(fitted.edge_mm / rim)
-        thickness_pm = math.hypot(low_pm, high_pm)
-        sure.append(
-            ScannedWeb(low_pm, high_pm, rim_pm, rms, border, 0.5 * border, thickness_pm, other_ends_mm=others)
-        )
+        outline = ScannedOutline(rim_pm, rms, border, math.hypot(low_pm, high_pm), 0.5 * border)
+        sure.append(ScannedWeb(low_pm, high_pm, outline, other_ends_mm=others))
     return replace(anatomy, webs=tuple(webs)), tuple(sure)
 
 

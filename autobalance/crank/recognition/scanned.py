@@ -9,7 +9,15 @@ from dataclasses import replace
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw
-from autobalance.crank.datums import Datums, NoiseKernel, ScanFit, ScannedCylinder, ScannedFace, ScannedWeb
+from autobalance.crank.datums import (
+    Datums,
+    NoiseKernel,
+    ScanFit,
+    ScannedCylinder,
+    ScannedFace,
+    ScannedOutline,
+    ScannedWeb,
+)
 from autobalance.crank.recognition.candidates import axis_candidates
 from autobalance.crank.recognition.cylinder_runs import ROUNDING, CylinderRun
 from autobalance.crank.recognition.layout import JournalLayout
@@ -351,12 +359,14 @@ def _unfitted(rough: RoughMesh, drawn: Anatomy) -> Anatomy:
     radii = [throw.crank_radius_mm for throw in drawn.throws]
 
     def cylinder(run_out_mm: float | None = None) -> ScannedCylinder:
-        return ScannedCylinder(np.full(3, pm), 2.0 * pm, 2.0 * pm, pm, 2.0 * pm, 1.0, run_out_mm)
+        return ScannedCylinder(np.full(3, pm), 2.0 * pm, 2.0 * pm, pm, 2.0 * pm, run_out_mm)
+
+    def outline(rim_radius_mm: float) -> ScannedOutline:
+        angle = math.degrees(pm / rim_radius_mm)
+        return ScannedOutline(pm, pm, angle, 2.0 * pm, angle)
 
     webs = tuple(
-        ScannedWeb(pm, pm)
-        if web.outline is None
-        else ScannedWeb(pm, pm, pm, pm, *(math.degrees(pm / web.outline.rim_radius_mm),) * 2, 2.0 * pm)
+        ScannedWeb(pm, pm, None if web.outline is None else outline(web.outline.rim_radius_mm))
         for web in drawn.webs
     )
     fit = ScanFit(

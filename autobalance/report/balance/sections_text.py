@@ -7,17 +7,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from autobalance.balancing.scan_calibration import Calibration
 from autobalance.crank.against import Against
 from autobalance.crank.datums import Datums
 from autobalance.declare import ABSENT, Floats, present
 from autobalance.report.display_units import ON_SCREEN, DisplayUnits, fixed
 from autobalance.report.records.crank import Crank, Journal
-from autobalance.report.records.scan import Calibration
 from autobalance.report.records.sections import SectionTable, SectionTableRow, SectionTableSums
 from autobalance.report.records.stage import Suggestion, Suggestions, SuggestionState, SuggestionWanted
 from autobalance.report.tables import table
 from autobalance.rigid_rotor.staged_assembly import CRANK
-from autobalance.units import G_MM2_PER_KG_MM2
+from autobalance.units import G_MM2_PER_KG_MM2, G_PER_MM3_PER_KG_M3
 
 # The section table of a job's crank as lines to read.
 
@@ -135,7 +135,7 @@ def _calibration(found: Calibration, units: DisplayUnits) -> list[str]:
     if found.by == "none":
         return [*lines, '  nothing was calibrated: crankshaft.calibrate = "skin" or "density" does']
     if found.by == "density":
-        return [*lines, f"  density calibrated: {found.density_kg_m3:.1f} kg/m³"]
+        return [*lines, f"  density calibrated: {found.density_g_mm3 / G_PER_MM3_PER_KG_M3:.1f} kg/m³"]
     scale = f"{found.scale:.6f} ± {found.scale_pm:.6f}"
     return [*lines, f"  skin calibrated: {skin} on the surface, scale of the scan {scale}"]
 

@@ -18,14 +18,13 @@ from autobalance.report.records.stage import (
     ReadUnbalance,
     Stage,
     Staged,
-    StageSuspect,
     StageUnbalance,
 )
 from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.balancing.loop import Result
-    from autobalance.balancing.machine_reading import JudgedReading, Suspect
+    from autobalance.balancing.machine_reading import JudgedReading, StageSuspect
     from autobalance.job.files.reading import MachineReading
     from autobalance.verification.earlier_stage import EarlierStage
 
@@ -79,7 +78,7 @@ class StageNotes:
     earlier: EarlierStage
     reading: MachineReading
     judged: JudgedReading
-    suspects: tuple[Suspect, ...]
+    suspects: tuple[StageSuspect, ...]
     fitted_g: tuple[float, ...]
 
 
@@ -122,7 +121,7 @@ def _stage(notes: StageNotes, ended: Result) -> Stage:
         expected=StageUnbalance.read(earlier.values["residual"]),
         deviation=StageUnbalance.of(Unbalance.of(apart, places, budget)),
         predicted=StageUnbalance.of(Unbalance.of(ended.residual, places, budget)),
-        suspects=[StageSuspect.of(each) for each in notes.suspects],
+        suspects=notes.suspects,
     )
 
 

@@ -18,11 +18,12 @@ from autobalance.declare import (
     Size,
     record,
 )
+from autobalance.rigid_rotor import tolerance as rigid_rotor
+from autobalance.rigid_rotor.tolerance import OtherReading, TolerancePlane
 from autobalance.units import wrapped_deg
 
 if TYPE_CHECKING:
     from autobalance.balancing import record as balancing
-    from autobalance.rigid_rotor import tolerance as rigid_rotor
     from autobalance.rigid_rotor.unbalance import Budget
     from autobalance.rigid_rotor.unbalance import Unbalance as UnbalanceOf
 
@@ -115,23 +116,6 @@ class BalanceFactor:
 
 
 @record
-class TolerancePlane:
-    """A tolerance plane and its share."""
-
-    name: Literal["A", "B"]
-    z_mm: float
-    permissible_g_mm: Positive
-
-
-@record
-class OtherReading:
-    """Tolerance planes if something else is meant."""
-
-    meant: Annotated[str, "the journal or crankpin that may be meant"]
-    planes: Annotated[Sequence[TolerancePlane], Size(most=2), "empty where more than the planes would change"]
-
-
-@record
 class Tolerance:
     """Permissible residual unbalance after ISO 21940-11."""
 
@@ -152,16 +136,10 @@ class Tolerance:
             speed_rpm=job["balance"]["speed_rpm"],  # as given, without the rounding of conversion
             rotor_mass_g=tolerance.rotor_mass_g,
             permissible_g_mm=tolerance.permissible_g_mm,
-            planes=[TolerancePlane(**vars(plane)) for plane in tolerance.planes],
+            planes=tolerance.planes,
             judge=tolerance.judge,
             margin=tolerance.margin,
-            others=[
-                OtherReading(
-                    meant=other.meant, planes=[TolerancePlane(**vars(plane)) for plane in other.planes]
-                )
-                for other in tolerance.others
-            ]
-            or ABSENT,
+            others=tolerance.others or ABSENT,
         )
 
 

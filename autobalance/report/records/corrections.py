@@ -31,9 +31,6 @@ if TYPE_CHECKING:
     from autobalance.balancing.loop import Result
     from autobalance.correction.contract import Correction as CutMade
     from autobalance.crank.anatomy import Anatomy
-    from autobalance.planning import relaxation
-
-UNITS = {"_kg_m3": "kg/m³", "_mm": "mm", "_deg": "°"}
 
 
 @open_keys
@@ -199,16 +196,6 @@ class PlanKept:
 
 
 @record
-class Step:
-    """A pass: predicted and measured."""
-
-    step: Ordinal
-    depths_mm: Sequence[NotNegative]
-    predicted_g_mm: NotNegative
-    measured_g_mm: NotNegative
-
-
-@record
 class Overbalance:
     """Unbalance left on purpose, and the last holes that would use it up."""
 
@@ -229,39 +216,3 @@ class Overbalance:
             predicted_g_mm=None if left.predicted is None else left.predicted.magnitude_g_mm,
             reason=left.reason,
         )
-
-
-@record
-class JobChange:
-    """A key of the job that a relaxation changes."""
-
-    key: Annotated[str, "dotted, as --set takes it"]
-    present: Annotated[Any, "null: the job has no such table"]
-    proposed: Any
-    unit: str | None
-
-    @classmethod
-    def of(cls, change: relaxation.Change) -> Self:
-        unit = next((unit for ending, unit in UNITS.items() if change.key.endswith(ending)), None)
-        return cls(key=change.key, present=change.present, proposed=change.proposed, unit=unit)
-
-
-@record
-class Relaxation:
-    """Changes of the job that together make the tolerance reachable."""
-
-    text: str
-    changes: Sequence[JobChange]
-    used_share: Annotated[NotNegative, "largest judged value then, over its permissible value"]
-    metal_g: Annotated[NotNegative | None, "metal that it takes then; null: the cuts stay as they are"]
-    tried: Annotated[bool, "a new plan was made with the changes; false: follows from the residual"]
-
-    @classmethod
-    def of(cls, relaxation_found: relaxation.Relaxation) -> Self:
-        """Return a relaxation with each key of the job that it changes."""
-        values = {
-            **vars(relaxation_found),
-            "changes": [JobChange.of(each) for each in relaxation_found.changes],
-        }
-        del values["methods"]  # what the changes make of the job's limits
-        return cls(**values)

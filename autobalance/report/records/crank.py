@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Self
 
+from autobalance.balancing.record import FacetError
+from autobalance.balancing.scan_calibration import Calibration
 from autobalance.crank.anatomy import CylinderKind, CylinderRole, DoubtSubject
-from autobalance.crank.datums import Datums
+from autobalance.crank.datums import Datums, ScannedCylinder, ScannedOutline, ScannedWeb
 from autobalance.crank.recognition.alignment import run_outs_mm
 from autobalance.declare import (
     ABSENT,
@@ -17,7 +19,6 @@ from autobalance.declare import (
     Matrix3,
     NotNegative,
     Ordinal,
-    Pair,
     Positive,
     Range,
     Size,
@@ -26,17 +27,13 @@ from autobalance.declare import (
 )
 from autobalance.report.records.scan import (
     AxisUncertainty,
-    Calibration,
-    ScannedOutline,
-    ScannedShaft,
     ScannedSurface,
     ScannedThrow,
-    ScannedWeb,
 )
 from autobalance.units import G_MM2_PER_KG_MM2, wrapped_deg
 
 if TYPE_CHECKING:
-    from autobalance.balancing.record import ChordalErrorEntry, MeasuredCrank
+    from autobalance.balancing.record import MeasuredCrank
     from autobalance.crank import anatomy as crank_anatomy
     from autobalance.crank.datums import ScanFit
     from autobalance.rigid_rotor.unbalance import Moments
@@ -87,7 +84,7 @@ class Journal:
     journal_run_out_mm: Annotated[NotNegative, "as a dial reads it: twice the distance"] | Absent
     typed: Annotated[bool, "given by the job, not recognised"]
     found: Annotated[Found | None, "if it was typed: what the file has there"]
-    scanned: Annotated[ScannedShaft | None, INLINE]
+    scanned: Annotated[ScannedCylinder | None, INLINE]
 
     @classmethod
     def of(cls, pin: crank_anatomy.MainJournal, anatomy: crank_anatomy.Anatomy) -> Self:
@@ -101,7 +98,7 @@ class Journal:
             journal_run_out_mm=run_outs[number] if run_outs else ABSENT,
             typed=typed is not None,
             found=Found.of(None if typed is None else typed[number]),
-            scanned=None if anatomy.scan is None else ScannedShaft.of(anatomy.scan.journals[number]),
+            scanned=None if anatomy.scan is None else anatomy.scan.journals[number],
         )
 
 
@@ -114,7 +111,7 @@ class Pin:
     width_mm: NotNegative
     typed: Annotated[bool, "given by the job, not recognised"]
     found: Annotated[Found | None, "if it was typed: what the file has there"]
-    scanned: Annotated[ScannedShaft | None, INLINE]
+    scanned: Annotated[ScannedCylinder | None, INLINE]
 
     @classmethod
     def of(cls, throw: crank_anatomy.Throw, anatomy: crank_anatomy.Anatomy) -> Self:
@@ -126,7 +123,7 @@ class Pin:
             width_mm=pin.width_mm,
             typed=typed is not None,
             found=Found.of(None if typed is None else typed[place]),
-            scanned=None if each is None else ScannedShaft.of(each),
+            scanned=each,
         )
 
 
@@ -194,11 +191,9 @@ class Web:
                 fan_angle_deg=shape.fan_angle_deg,
                 thickness_mm=shape.thickness_mm,
                 skew_deg=shape.skew_deg,
-                scanned=None if each is None else ScannedOutline.of(each),
+                scanned=None if each is None else each.outline,
             ),
-            scanned=None
-            if each is None
-            else ScannedWeb(z_min_pm_mm=each.z_min_pm_mm, z_max_pm_mm=each.z_max_pm_mm),
+            scanned=each,
         )
 
 
@@ -264,77 +259,6 @@ class Doubt:
 
 
 @record
-class HiddenMetal:
-    """Metal between facets and true surfaces."""
-
-    mass_g: float
-    unbalance_g_mm: Pair
-    moment_g_mm2: Pair
-    polar_inertia_kg_mm2: float
-
-    @classmethod
-    def of(cls, moments: Moments) -> Self:
-        """Return hidden metal of moments in the rotor frame."""
-        return cls(
-            mass_g=moments.mass_g,
-            unbalance_g_mm=moments.first_g_mm[:2],
-            moment_g_mm2=moments.second_g_mm2[:2, 2],
-            polar_inertia_kg_mm2=moments.polar_inertia_g_mm2 / G_MM2_PER_KG_MM2,
-        )
-
-
-@record
-class HiddenMetalAdded:
-    """Hidden metal added to the moments before and after the cut."""
-
-    before: HiddenMetal
-    after: HiddenMetal
-
-
-@record
-class TooCoarse:
-    """Factor by which the mesh would have to be finer."""
-
-    finer: NotNegative
-    needed_sag_mm: NotNegative
-    text: str
-
-
-@record
-class FacetError:
-    """Metal between facets and true surfaces, with its error bar."""
-
-    mass_g: float
-    unbalance_g_mm: float
-    mass_bar_g: NotNegative
-    unbalance_bar_g_mm: NotNegative
-    sag_mm: NotNegative
-    correction: Literal["applied", "mass_only", "declined", "not_needed"] | None
-    reason: str | None
-    added: HiddenMetalAdded | None
-    too_coarse: TooCoarse | None
-
-    @classmethod
-    def of(cls, error: ChordalErrorEntry) -> Self:
-        expected, added = error.needed, error.added
-        return cls(
-            mass_g=error.mass_g,
-            unbalance_g_mm=error.unbalance_g_mm,
-            mass_bar_g=error.mass_bar_g,
-            unbalance_bar_g_mm=error.unbalance_bar_g_mm,
-            sag_mm=error.sag_mm,
-            correction=error.correction,
-            reason=error.reason,
-            added=None
-            if added is None
-            else HiddenMetalAdded(before=HiddenMetal.of(added[0]), after=HiddenMetal.of(added[1])),
-            too_coarse=None
-            if expected is None
-            else TooCoarse(finer=expected.finer, needed_sag_mm=expected.sag_mm, text=expected.text),
-        )
-
-
-@record
 class MassProperties:
     """Mass, volume, centre and inertia of a body in the rotor frame."""
 
@@ -377,7 +301,7 @@ class Crank:
 
     @classmethod
     def of(cls, crank: MeasuredCrank) -> Self:
-        anatomy, error = crank.anatomy, crank.facet_error
+        anatomy = crank.anatomy
         scan = anatomy.scan
         return cls(
             body=MassProperties.of(crank.moments, crank.volume_mm3),
@@ -388,7 +312,7 @@ class Crank:
             cylinders=[Cylinder.of(each) for each in anatomy.cylinders],
             doubts=[Doubt.of(each) for each in anatomy.doubts],
             journal_misalignment_mm=anatomy.journal_misalignment_mm,
-            facet_error=None if error is None else FacetError.of(error),
+            facet_error=crank.facet_error,
             datums=anatomy.datums,
             scanned=None
             if scan is None
@@ -399,5 +323,5 @@ class Crank:
                 ),
             ),
             mass_pm_g=ABSENT if crank.mass_pm_g is None else crank.mass_pm_g,
-            calibration=ABSENT if crank.calibration is None else Calibration.of(crank.calibration),
+            calibration=ABSENT if crank.calibration is None else crank.calibration,
         )

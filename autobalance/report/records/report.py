@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 
+from autobalance.balancing.record import Input
 from autobalance.balancing.sections import section_types
-from autobalance.balancing.web_metal import weak_places
+from autobalance.balancing.web_metal import WebMetal, weak_places
 from autobalance.correction import KINDS
 from autobalance.crank.against import Against
 from autobalance.declare import (
@@ -32,6 +33,7 @@ from autobalance.declare import (
 )
 from autobalance.declare.schema import schema_of
 from autobalance.job.balance import LISTED
+from autobalance.planning.answer import Relaxation, Step
 from autobalance.quantities import Text, listed
 from autobalance.report.records.answers import JobEcho
 from autobalance.report.records.balance import (
@@ -46,15 +48,13 @@ from autobalance.report.records.corrections import (
     Correction,
     Overbalance,
     PlanKept,
-    Relaxation,
-    Step,
     kept_corrections,
 )
 from autobalance.report.records.crank import Crank
 from autobalance.report.records.outputs import Outputs
 from autobalance.report.records.scan import Face, NamedFace, TrueSurfaces
 from autobalance.report.records.sections import Section, SectionTable
-from autobalance.report.records.source import Frame, Input, Versions
+from autobalance.report.records.source import Frame, Versions
 from autobalance.report.records.stage import AssemblyStage, Staged, Suggestions
 from autobalance.report.records.with_bob_weights import WithBobWeights
 from autobalance.rigid_rotor.tolerance import Outcome
@@ -156,15 +156,6 @@ class WebWeight:
             radius_mm=weight.radius_mm,
             product_g_mm=weight.product_g_mm,
         )
-
-
-@record
-class WebMetal:
-    """Metal of a web between crankpin and main journal, before and after the cuts."""
-
-    web: Ordinal
-    thinnest_before_mm: NotNegative
-    thinnest_mm: NotNegative
 
 
 @record
@@ -332,7 +323,7 @@ class Report:
             command=record.command,
             job=None if balanced is None else balanced.job,
             job_set=(record.job_set if balanced is None else balanced.job_set) or ABSENT,
-            input=Input.of(record.input),
+            input=record.input,
             frame=Frame(file_to_rotor=anatomy.file_to_rotor),
             crank=Crank.of(record.crank),
             initial=Unbalance.of(
@@ -380,7 +371,7 @@ def _balanced(balanced: run.Balanced, record: run.Record) -> dict[str, Any]:
         "residual": Unbalance.of(result.residual, record.planes_z_mm, result.doubt),
         "corrections": _corrections(balanced, record),
         "plan_kept": ABSENT if balanced.kept is None else PlanKept.of(balanced.kept),
-        "steps": [Step(**vars(step)) for step in result.steps],
+        "steps": result.steps,
         "inertia_change_g_mm2": change,
         "forces": None if forces is None else Forces.of(forces, balanced.job),
         "outcome": result.outcome,
@@ -388,9 +379,9 @@ def _balanced(balanced: run.Balanced, record: run.Record) -> dict[str, Any]:
         "reason": result.reason,
         "reason_parts": listed(result.reason) if isinstance(result.reason, Text) else ABSENT,
         "overbalance": None if left is None else Overbalance.of(left, anatomy),
-        "relaxations": [Relaxation.of(each) for each in result.relaxations],
+        "relaxations": result.relaxations,
         "notes": result.notes,
-        "web_metal": [WebMetal(**vars(each)) for each in balanced.web_metal],
+        "web_metal": balanced.web_metal,
         "weak_places": weak_places(balanced.web_metal, result.corrections, anatomy, record.cuts_before + 1),
         "final_with_slugs": WithSlugs.of(result),
         "of_addons": balanced.sections,

@@ -1,17 +1,14 @@
-"""The program, the crank's file and its place."""
+"""The program and its libraries, and the crank's place in its file."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import Annotated, Self
 
-from autobalance.declare import ABSENT, INLINE, Absent, Ordinal, Sha256, Size, record
+from autobalance.declare import Size, record
 from autobalance.types import Array
 from autobalance.version import __version__
-
-if TYPE_CHECKING:
-    from autobalance.balancing.record import InputFile
 
 LIBRARIES = ("numpy", "scipy", "trimesh", "manifold3d")
 
@@ -43,35 +40,6 @@ def library_versions() -> dict[str, str | None]:
         except PackageNotFoundError:
             versions[name] = None
     return versions
-
-
-@record
-class CrankFile:
-    """A file that holds a crank."""
-
-    file: Annotated[str | None, "null: made in memory"]
-    sha256: Sha256
-    format: str | None
-    triangles: Ordinal
-    bodies: Ordinal
-    repairs: Sequence[str]
-
-    @classmethod
-    def of(cls, file: InputFile) -> Self:
-        return cls(**{key: value for key, value in vars(file).items() if key != "scan"})
-
-
-@record
-class Input:
-    """The crank file."""
-
-    own: Annotated[CrankFile, INLINE]
-    scan: Annotated[CrankFile, "whose mass and unbalance count, where the drawing is cut"] | Absent = ABSENT
-
-    @classmethod
-    def of(cls, file: InputFile) -> Self:
-        scan = ABSENT if file.scan is None else CrankFile.of(file.scan)
-        return cls(own=CrankFile.of(file), scan=scan)
 
 
 @record

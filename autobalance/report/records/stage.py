@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 
+from autobalance.balancing.machine_reading import StageSuspect
+from autobalance.balancing.suggestions import wanted as suggested
+from autobalance.balancing.suggestions.wanted import SuggestedBore, SuggestedChange
 from autobalance.declare import (
     INLINE,
     Angle,
@@ -16,7 +19,6 @@ from autobalance.declare import (
     Floats,
     KgMm2,
     Like,
-    Named,
     NotNegative,
     Ordinal,
     Pair,
@@ -33,8 +35,6 @@ from autobalance.types import Array
 from autobalance.units import wrapped_deg
 
 if TYPE_CHECKING:
-    from autobalance.balancing.machine_reading import Suspect
-    from autobalance.balancing.suggestions import wanted as suggested
     from autobalance.rigid_rotor import staged_assembly
     from autobalance.rigid_rotor.unbalance import Moments
 
@@ -74,27 +74,6 @@ class StageUnbalance:
     def read(cls, values: Mapping[str, Any]) -> Self:
         """Return the same of an earlier stage's report."""
         return cls(**{each.name: values[each.key] for each in fields_of(StageUnbalance)})
-
-
-@record
-class StageSuspect:
-    """A likely mistake in a reading."""
-
-    cause: Literal["mirrored", "opposite", "turned", "exchanged", "scaled", "bob_weights"]
-    key: str
-    difference_g_mm: NotNegative
-    left_g_mm: NotNegative
-    says: str
-
-    @classmethod
-    def of(cls, suspect: Suspect) -> Self:
-        return cls(
-            cause=suspect.cause,
-            key=suspect.key,
-            difference_g_mm=suspect.difference_g_mm,
-            left_g_mm=suspect.left_g_mm,
-            says=suspect.says,
-        )
 
 
 @record
@@ -244,45 +223,6 @@ class SuggestionState:
 
 @open_keys
 @record
-class SuggestedChange:
-    """A size that changes: as it was, by the closed form, and as tried."""
-
-    key: str
-    from_: Annotated[float, Named("from")]
-    closed_form: float
-    to: float
-
-
-@open_keys
-@record
-class SuggestedBore:
-    """A bore for heavy metal."""
-
-    web: Any
-    diameter_mm: Any
-    depth_mm: Any
-    closed_form_depth_mm: Any
-    radius_mm: Any
-    angle_deg: Any
-    z_mm: Any
-    mass_g: Any
-
-    @classmethod
-    def of(cls, bore: suggested.Bore) -> Self:
-        return cls(
-            web=bore.web,
-            diameter_mm=bore.diameter_mm,
-            depth_mm=bore.depth_mm,
-            closed_form_depth_mm=bore.closed_form_mm,
-            radius_mm=bore.radius_mm,
-            angle_deg=wrapped_deg(math.degrees(bore.angle_rad)),
-            z_mm=bore.z_mm,
-            mass_g=bore.mass_g,
-        )
-
-
-@open_keys
-@record
 class SuggestionLeaves:
     """Result of the tried suggestion, and its shortfall."""
 
@@ -310,11 +250,8 @@ class Suggestion:
             kind=each.kind,
             text=each.text,
             reached=aim.reached(each.tried),
-            changes=[
-                SuggestedChange(key=one.key, from_=one.before, closed_form=one.closed_form, to=one.after)
-                for one in each.changes
-            ],
-            bores=[SuggestedBore.of(one) for one in each.bores],
+            changes=each.changes,
+            bores=each.bores,
             leaves=SuggestionLeaves(
                 state=SuggestionState.of(aim, each.tried),
                 short_balance_factor=None if goal is None or factor is None else goal - factor,
