@@ -174,7 +174,7 @@ def test_the_jobs_text_may_be_typed(page: Browser) -> None:
     page.click_on(at("edit-job"))
     put(page, job_toml="[balance")
     page.click_on(at("take-job"))
-    until(page, "return document.getElementById('error').textContent.includes('job.toml')")
+    until(page, "return document.getElementById('error').textContent.includes('not valid TOML')")
     assert "overbalance_g_mm = 7.5" in text_of(page, "job-text")
     assert all("400" in each["message"] for each in page.log("browser"))  # a browser logs what is refused
 
@@ -296,6 +296,19 @@ def test_the_board_shows_every_alternative(page: Browser, project: Served) -> No
 
 
 # --- by keys, at any width ----------------------------------------------------------------------------------
+
+
+def test_a_comparison_that_ends_leaves_what_was_chosen_meanwhile(page: Browser) -> None:
+    """A result of a kind that somebody took must not be of an earlier job a moment later."""
+    page.click_on(at("tab-correct"))
+    page.click_on(at("compare"))
+    until(page, "return document.querySelector('[data-testid=state-line]').textContent.includes('Comparing')")
+    page.click_on(at("kind-add"))
+    job_text(page, 'method = "add"')
+    until(page, "return document.getElementById('balance') !== null", most_s=300.0)
+    assert 'method = "add"' in text_of(page, "job-text")
+    marked = "[...document.querySelectorAll('.kind[aria-checked=true]')].map(each => each.dataset.kind)"
+    assert page.run(f"return {marked}") == ["add"]
 
 
 def test_it_is_worked_by_keys_alone(page: Browser) -> None:

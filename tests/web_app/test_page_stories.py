@@ -154,7 +154,7 @@ def test_an_infeasible_job_offers_what_would_suffice(window: Browser, app: Serve
         limit(page, "shoulder.max_depth_mm", 1)
         job_text(page, "max_depth_mm = 1")
         assert balanced(page) == "above_tolerance"
-        assert "max_depth_mm" in page.run("return document.querySelector('[data-testid=reason]').textContent")
+        assert "Max depth" in page.run("return document.querySelector('[data-testid=reason]').textContent")
         assert latest(app, "balance")["exit_code"] == 4
         changes = json.loads(
             page.run(

@@ -4,7 +4,7 @@ import { $ } from "/static/tools.js";
 import { askJson, behind, guarded } from "/static/server.js";
 import { answered, applied, changed, job, on, state } from "/static/job.js";
 import { chosen, kinds, listed, ofAllKinds, tableOf } from "/static/limits.js";
-import { start, watched } from "/static/runs.js";
+import { cutting, running, start, watched } from "/static/runs.js";
 import { Measured } from "/static/measured.js";
 import { signal } from "/static/store.js";
 import { said } from "/static/said.js";
@@ -36,10 +36,16 @@ export const compare = guarded(async () => {
     if (found && found.rows.length + found.pictures.length > seen && !shown.value?.whole) { seen = found.rows.length + found.pictures.length; shown.value = { id: told.id, of, ...found, whole: false }; }
   };
   shown.value = null;
-  const told = await watched(() => start("compare", { job: of }, "", meanwhile));
-  if (told) await board(told);
-  if (told) recommended();
+  choosing.value = true;
+  try {
+    const told = await watched(() => start("compare", { job: of }, "", meanwhile));
+    if (told) await board(told);
+    if (told && !cutting() && JSON.stringify(job(true)) === JSON.stringify(asked)) recommended(); // of the job as it is
+  } finally { choosing.value = false; }
 });
+const choosing = signal(false);
+// Whether a comparison runs, or is about to choose what it recommends.
+export const isComparing = () => choosing.value || running().some((each) => each.verb === "compare");
 // What the comparison recommends is chosen; another card, or a step back, takes what one likes better.
 function recommended() {
   const names = shown.value?.recommended?.split("+") || [];

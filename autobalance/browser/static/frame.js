@@ -14,6 +14,7 @@ import { anyMoved, dragged, trial } from "/static/drag.js";
 import { draggedPolars, previewPolars, resultPolars } from "/static/polar.js";
 import { isStart } from "/static/start.js";
 import { Cancel, cutting, doing, results, running } from "/static/runs.js";
+import { isComparing } from "/static/board.js";
 import { mount } from "/static/store.js";
 import { unitOf } from "/static/units.js";
 import { deciding, judged } from "/static/verdict.js";
@@ -90,7 +91,7 @@ const LINES = {
     return { tone: isWithin ? "good" : "bad", words, says, bars: [[place, most.magnitude_g_mm, null, limit]], main };
   },
   correct: () => {
-    const run = cutting(), compares = running().find((each) => each.verb === "compare");
+    const run = cutting(), compares = isComparing() && (running().find((each) => each.verb === "compare") || { words: "done", share: 1 });
     if (run || compares) return { tone: "work", words: run ? t("Cutting and measuring") : t("Comparing all kinds of cut"), says: `${doing((run || compares).words)}, ${Math.round(100 * (run || compares).share)} %`, cancel: true };
     const needs = !state.file ? t("Open a crank first.") : isUnitAsked() ? t("Answer 1 question in Crank: the unit of the file.") : "", { found, why } = preview.value;
     if (!needs && !found && why && !listed.cuts) return { tone: "warn", words: t("The engine is not complete"), says: why, more: { id: "to-engine", text: t("To the engine"), work: to("parts") }, main: { id: "balance", words: t("Cut and measure"), work: () => balance() } };
