@@ -314,9 +314,10 @@ def _all_bodies(crankshaft: Crankshaft, several: BodiesError) -> Source | None:
 def facets_of(
     source: Source, density_g_mm3: float, anatomy: Anatomy, asks: Balance | None = None
 ) -> ChordalError:
-    """Estimate the chordal error: from the facets' edges alone where fitting surfaces to all would take long.
+    """Estimate the chordal error of a source.
 
-    All are fitted where ``asks`` wants a correction, or a verdict in which the uncertainty counts.
+    The surfaces stay for facets that a cut leaves where ``asks`` wants a correction, or a verdict in which
+    the uncertainty counts.
     """
     worth_it = asks is not None and (asks.margin != "none" or asks.facet_correction)
     return once(

@@ -8,20 +8,16 @@ a strip of three chords has a circle through its corners on any surface.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from autobalance.solid.chordal_error.look import (
-    AS_WIDE,
-    ON_SURFACE,
-    Look,
-    goes_on_beyond,
-    tight_mm,
-    turns_of,
-    widths,
-)
+from autobalance.solid.chordal_error.look import ON_SURFACE, Look, tight_mm
 from autobalance.solid.chordal_error.revolved import Lens, Revolved, Sets, cylindrical
 from autobalance.solid.chordal_error.strips import FEW, MIN_SURE_FACES, axes_of
+from autobalance.solid.chordal_error.turns import AS_WIDE, goes_on_beyond, turns_of, wide_of
 from autobalance.solid.mesh.adjacency import unit
+from autobalance.solid.mesh.mesh import ranked
 from autobalance.types import Array, Flags, Indices
 from autobalance.value_classes import dataclass
 
@@ -49,6 +45,10 @@ SAME_PROFILE = 1e-3
 """Corners of a profile closer than this share of its size are one point of it."""
 LOOKED_AT = 300
 """Facets of a surface whose corners are looked at for the points of its profile."""
+PAIRS_MOST = 2000
+"""Pairs of facets of a surface that are looked at for its largest angle."""
+BESIDE_MOST = 2000
+"""Facets of a surface whose corners are looked at for their distance from it."""
 PROFILE_MORE = 1
 """Points of a profile beyond those that fix its line or arc, from which on a match is not an accident."""
 FEW_OF_PROFILE = 4
@@ -98,55 +98,85 @@ def fitted_bar(
     surface_of: Indices,
     lenses: list[Lens],
     either: Flags,
+    angles: Array,
     density_g_mm3: float,
 ) -> Bar:
-    """Return the error bar of the surfaces fitted.
+    """Return the error bar of the surfaces fitted; ``angles`` (k,) are the largest between their facets.
 
     Of those that may be ``either`` surfaces or planes (k,) it is all they hide, of others a share; corners
     beside them, and seams, are added.
     """
-    unsure = _unsure(look, surfaces, surface_of)
+    seams = Seams.of(look, surface_of)
+    unsure = _unsure(look, surfaces, surface_of, seams, angles)
     total = Bar(0.0, 0.0, np.zeros(2))
-    for number in np.unique(surface_of[surface_of >= 0]).tolist():
+    used = np.unique(surface_of[surface_of >= 0]).tolist()
+    for number in used:
         one = lenses[number]
         share = EITHER_SHARE if either[number] else UNSURE_SHARE if unsure[number] else SURE_SHARE
         total = total + Bar(share * one.gross_mass_g, share * one.gross_unbalance_g_mm, share * one.gross_at)
+    total = total + _of_samples([lenses[number] for number in used])
     beside, at = _beside(look, surfaces, surface_of)
-    wedges, seam = _wedges(look, surfaces, surface_of)
+    wedges, seam = _wedges(look, surfaces, surface_of, seams)
     return total + Bar.of(density_g_mm3 * beside, at) + Bar.of(density_g_mm3 * wedges, seam)
 
 
+def _of_samples(lenses: list[Lens]) -> Bar:
+    """Return the error bar of lenses known from samples of their facets, which err independently."""
+    mass, unbalance = (math.hypot(*(one.spread[k] for one in lenses)) for k in (0, 1))
+    sampled = [one for one in lenses if one.spread[1] > 0.0]
+    gross = sum((one.gross_unbalance_g_mm for one in sampled), 0.0)
+    at = sum((one.gross_at for one in sampled), np.zeros(2)) / (gross or 1.0)
+    return Bar(mass, unbalance, unbalance * at)
+
+
 def loose_bar(
-    look: Look, surfaces: list[Revolved], surface_of: Indices, sag_mm: float, density_g_mm3: float
+    look: Look,
+    surfaces: list[Revolved],
+    surface_of: Indices,
+    sag_mm: float,
+    angles: Array,
+    density_g_mm3: float,
 ) -> Bar:
     """Return the error bar of smooth facets that no surface was fitted to: L w² δ / 12 at each edge.
 
-    Only edges count at which facets about as wide keep turning the same way. A blunt edge between two planes
-    is real, also where each ends in the narrow chords of an arc. A facet between two wider ones may be the
-    only chord of its arc. If it turns by more than the mesh's chords do, and would be deeper, it is a
-    chamfer. Nor is a plane a chord if it blends into a sure cylinder.
+    ``sag_mm`` and ``angles`` (k,) are the largest of the surfaces fitted. Only edges count at which facets
+    about as wide keep turning the same way. A blunt edge between two planes is real, also where each ends in
+    the narrow chords of an arc. A facet between two wider ones may be the only chord of its arc. If it turns
+    by more than the mesh's chords do, and would be deeper, it is a chamfer. Nor is a plane a chord if it
+    blends into a sure cylinder.
     """
-    meet = look.meetings
     free = surface_of == NONE
-    between = free[meet.low] & free[meet.high]
-    if not between.any():
-        return Bar(0.0, 0.0, np.zeros(2))
+    i, j = look.pairs
     open_ = np.zeros(look.count, dtype=bool)
-    open_[meet.low[between]] = open_[meet.high[between]] = True
+    both = np.flatnonzero(free.take(i) & free.take(j))
+    if len(both) == 0:
+        return Bar(0.0, 0.0, np.zeros(2))
+    open_[i[both]] = open_[j[both]] = True
+    beside = open_.take(i) | open_.take(j)
+    near = open_.copy()
+    near[i[beside]] = near[j[beside]] = True
+    sure, steepest = _sure_cylinders(surfaces, surface_of), angles.max(initial=0.0)
+    if not near.all():
+        faces = np.flatnonzero(near)
+        look, free, open_, surface_of = look.part(faces), free[faces], open_[faces], surface_of[faces]
+    lean = lean_to_sure(look, surfaces, surface_of, sure)
+    meet = look.meetings
     rows = np.flatnonzero(open_[meet.low] | open_[meet.high])
+    between = (free[meet.low] & free[meet.high])[rows]
     turns = turns_of(look, rows)
-    wide = widths(look, turns)
-    chords = between[rows] & goes_on_beyond(look, turns, wide).any(axis=0)
+    wide = wide_of(look, turns, meet.length_mm[rows])
+    chords = between & goes_on_beyond(look, turns, wide).any(axis=0)
     alike = wide.max(axis=0) < AS_WIDE * wide.min(axis=0)
-    counts = chords & (alike | ~_too_steep(look, surface_of, sag_mm)[rows])
-    lean = lean_to_sure(look, surfaces, surface_of)
-    counts &= np.minimum(lean[meet.low[rows]], lean[meet.high[rows]]) >= PLANE_SHARE * meet.angle_rad[rows]
+    angle = meet.angle_rad[rows]
+    steep = (steepest > 0.0) & (angle > COARSER * steepest) & (meet.sag_mm[rows] > COARSER * sag_mm)
+    counts = chords & (alike | ~steep)
+    counts &= np.minimum(lean[meet.low[rows]], lean[meet.high[rows]]) >= PLANE_SHARE * angle
     rows = rows[counts]
     return Bar.of(LOOSE_SHARE * density_g_mm3 * meet.hidden_mm3[rows], meet.middle[rows])
 
 
 def accidents(
-    look: Look, surfaces: list[Revolved], surface_of: Indices, lenses: list[Lens]
+    look: Look, surfaces: list[Revolved], surface_of: Indices, lenses: list[Lens], angles: Array
 ) -> tuple[Flags, Flags]:
     """Mark the surfaces (k,) of a few planes whose corners lie on one arc by accident, and those that may be.
 
@@ -158,13 +188,13 @@ def accidents(
     few = (_points(look, surfaces, surface_of) <= FEW_OF_PROFILE) | (count < FEW)
     few &= (count > 0) & np.array([bool(one.tube_mm) or not one.slope for one in surfaces], dtype=bool)
     if few.any():
-        few &= _goes_over(look, surfaces, surface_of, few) == 0
+        few &= _goes_over(look, surfaces, surface_of, few, Seams.of(look, surface_of), angles) == 0
     sure = (count >= MIN_SURE_FACES) & ~few
     if not few.any() or not sure.any():
         return np.zeros(len(surfaces), dtype=bool), few
-    angles, sags = _angles(look, surfaces, surface_of), np.array([one.sag_mm for one in lenses])
+    sags = np.array([one.sag_mm for one in lenses])
     planes = (angles > COARSER * angles[sure].max()) & (sags > COARSER * sags[sure].max())
-    lean = lean_to_sure(look, surfaces, surface_of)
+    lean = lean_to_sure(look, surfaces, surface_of, _sure_cylinders(surfaces, surface_of))
     some = np.flatnonzero(np.isfinite(lean) & (surface_of >= 0))
     least = np.full(len(surfaces), np.inf)
     np.minimum.at(least, surface_of[some], lean[some])
@@ -172,17 +202,16 @@ def accidents(
     return few & planes, few & ~planes
 
 
-def lean_to_sure(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Array:
-    """Return the angle (count,) of each face to a sure cylinder next to it; infinite without one.
+def lean_to_sure(look: Look, surfaces: list[Revolved], surface_of: Indices, sure: Flags) -> Array:
+    """Return the angle (count,) of each face to a ``sure`` (k,) cylinder next to it; infinite without one.
 
     A plane that goes over into an arc does so to rounding. A chord leans to what its curve goes over into by
     half of what it turns.
     """
-    sure = np.append(_sure_cylinders(surfaces, surface_of), False)  # of no surface: the last
-    left, right = look.face.take(look.edges.left), look.face.take(look.edges.right)
+    sure = np.append(sure, [False, False])  # of no surface, and of planes: the last
     lean = np.full(look.count, np.inf)
     smooth = look.smooth
-    for face, other in ((left[smooth], right[smooth]), (right[smooth], left[smooth])):
+    for face, other in (look.pairs, look.pairs[::-1]):
         seam = np.flatnonzero(sure[surface_of[other]] & (surface_of[face] != surface_of[other]))
         middle = look.mesh.vertices[look.edges.ends[smooth[seam]]].mean(axis=1)
         _, out, _ = _seen(look, surfaces, surface_of[other[seam]], other[seam], middle)
@@ -191,22 +220,49 @@ def lean_to_sure(look: Look, surfaces: list[Revolved], surface_of: Indices) -> A
     return lean
 
 
-def _angles(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Array:
-    """Return the largest angle between two facets of each surface (k,)."""
-    low, high = look.meetings.low, look.meetings.high
-    within = (surface_of[low] >= 0) & (surface_of[low] == surface_of[high])
+def largest_angles(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Array:
+    """Return the largest angle between two facets of each surface (k,); of very many some are looked at."""
+    i, j = look.pairs
+    one = surface_of.take(i)
+    rows = np.flatnonzero((one >= 0) & (one == surface_of.take(j)))
+    number, order = ranked(one.take(rows))
+    sets = Sets.of(number)
+    kept = np.flatnonzero(
+        (np.arange(sets.count) - sets.starts[sets.number]) % (1 + sets.sizes // PAIRS_MOST)[sets.number] == 0
+    )
+    rows = rows.take(order.take(kept))
+    a, b = (look.normal.take(each.take(rows), axis=0) for each in (i, j))
+    sine = np.linalg.norm(np.cross(a, b), axis=1)
     angles = np.zeros(len(surfaces))
-    np.maximum.at(angles, surface_of[low[within]], look.meetings.angle_rad[within])
+    np.maximum.at(angles, number.take(kept), np.arctan2(sine, np.einsum("ij,ij->i", a, b)))
     return angles
 
 
-def _goes_over(look: Look, surfaces: list[Revolved], surface_of: Indices, asked: Flags) -> Indices:
+@dataclass(frozen=True, eq=False)
+class Seams:
+    """The edges (n,) between faces of different surfaces, or of none, and the faces on their two sides."""
+
+    edge: Indices
+    left: Indices
+    right: Indices
+
+    @classmethod
+    def of(cls, look: Look, surface_of: Indices) -> Seams:
+        """Find them among all edges of a mesh."""
+        number = surface_of.take(look.face)
+        edge = np.flatnonzero(number.take(look.edges.left) != number.take(look.edges.right))
+        return cls(
+            edge, look.face.take(look.edges.left.take(edge)), look.face.take(look.edges.right.take(edge))
+        )
+
+
+def _goes_over(
+    look: Look, surfaces: list[Revolved], surface_of: Indices, asked: Flags, seams: Seams, angles: Array
+) -> Indices:
     """Return into how many surfaces or planes beside it each surface (k,) asked goes over without an edge."""
-    angles = _angles(look, surfaces, surface_of)
-    left, right = look.face.take(look.edges.left), look.face.take(look.edges.right)
     mine = np.append(asked, [False, False])[surface_of]  # of no surface: the last
-    seam = np.flatnonzero((surface_of[left] != surface_of[right]) & (mine[left] | mine[right]))
-    left, right = left[seam], right[seam]
+    some = np.flatnonzero(mine[seams.left] | mine[seams.right])
+    seam, left, right = seams.edge[some], seams.left[some], seams.right[some]
     middle = look.mesh.vertices[look.edges.ends[seam]].mean(axis=1)
     one, other = surface_of[left], surface_of[right]
     out = [_seen(look, surfaces, *side, middle)[1] for side in ((one, left), (other, right))]
@@ -245,17 +301,7 @@ def _points(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Indice
     return points
 
 
-def _too_steep(look: Look, surface_of: Indices, sag_mm: float) -> Flags:
-    """Mark the meetings (n,) that are coarser than the mesh's chords, by their angle and by their sag."""
-    low, high = look.meetings.low, look.meetings.high
-    angle, sag = look.meetings.angle_rad, look.meetings.sag_mm
-    within = (surface_of[low] >= 0) & (surface_of[low] == surface_of[high])
-    if not within.any():
-        return np.zeros(len(low), dtype=bool)
-    return np.asarray((angle > COARSER * angle[within].max()) & (sag > COARSER * sag_mm))
-
-
-def _unsure(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Flags:
+def _unsure(look: Look, surfaces: list[Revolved], surface_of: Indices, seams: Seams, angles: Array) -> Flags:
     """Mark the surfaces (k,) that hold too few facets, or whose profile has too few points, to be sure of.
 
     A surface that blends into its neighbours on two sides is sure: a match of a fillet's three points is not
@@ -266,19 +312,20 @@ def _unsure(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Flags:
     count = _counts(surfaces, surface_of)
     unsure = (count > 0) & ((count < FEW) | scarce)
     if unsure.any():
-        unsure &= _goes_over(look, surfaces, surface_of, unsure) < BOTH_SIDES
-        unsure &= ~_about_sure_axes(look, surfaces, surface_of, unsure)
+        unsure &= _goes_over(look, surfaces, surface_of, unsure, seams, angles) < BOTH_SIDES
+        unsure &= ~_about_sure_axes(look, surfaces, surface_of, unsure, angles)
     return np.asarray(unsure)
 
 
-def _about_sure_axes(look: Look, surfaces: list[Revolved], surface_of: Indices, asked: Flags) -> Flags:
+def _about_sure_axes(
+    look: Look, surfaces: list[Revolved], surface_of: Indices, asked: Flags, angles: Array
+) -> Flags:
     """Mark the short arcs (k,) asked whose corners all lie at one distance from the axis of a sure cylinder.
 
     Only the distance is free then, if a strip alone has a circle's three; it turns by no more than the mesh's
     sure surfaces do.
     """
     sure = _sure_cylinders(surfaces, surface_of)
-    angles = _angles(look, surfaces, surface_of)
     found = np.zeros(len(surfaces), dtype=bool)
     straight = np.array([not one.tube_mm and not one.slope for one in surfaces], dtype=bool)
     asked = asked & straight & (angles <= COARSER * angles[sure].max(initial=0.0))
@@ -313,11 +360,15 @@ def _sure_cylinders(surfaces: list[Revolved], surface_of: Indices) -> Flags:
 def _beside(look: Look, surfaces: list[Revolved], surface_of: Indices) -> tuple[Array, Array]:
     """Return the volume [mm³] between each face's corners and its surface, and its place.
 
-    The nearest corner counts: others may lie on a chord of the facet, where another surface's facets meet it.
-    The lens over a facet is exact for any outline.
+    Of a surface of very many facets some count for all. The nearest corner counts: others may lie on a chord
+    of the facet, where another surface's facets meet it. The lens over a facet is exact for any outline.
     """
     faces = np.flatnonzero(surface_of >= 0)
-    faces = faces[np.argsort(surface_of[faces], kind="stable")]
+    number, order = ranked(surface_of.take(faces))
+    sets = Sets.of(number)
+    step = (1 + (sets.sizes - 1) // BESIDE_MOST)[sets.number]
+    kept = np.flatnonzero((np.arange(sets.count) - sets.starts[sets.number]) % step == 0)
+    faces, times = faces.take(order.take(kept)), step.take(kept)
     row, corner = look.corners(faces)
     number = surface_of[faces][row]
     nearest = np.full(len(faces), np.inf)
@@ -330,24 +381,23 @@ def _beside(look: Look, surfaces: list[Revolved], surface_of: Indices) -> tuple[
     nearest[~np.isfinite(nearest)] = 0.0
     size = np.maximum(np.bincount(row, minlength=len(faces)), 1)
     place = np.stack([np.bincount(row, column, len(faces)) / size for column in corner.T], axis=1)
-    return BESIDE_SAFETY * nearest * look.area_mm2[faces], place
+    return BESIDE_SAFETY * times * nearest * look.area_mm2[faces], place
 
 
-def _wedges(look: Look, surfaces: list[Revolved], surface_of: Indices) -> tuple[Array, Array]:
+def _wedges(look: Look, surfaces: list[Revolved], surface_of: Indices, seams: Seams) -> tuple[Array, Array]:
     """Return the volume [mm³] of the wedge at each seam, and its place.
 
     Across the seam the wedge has four corners: the chord, where the direction away from either axis meets its
     surface, and where the two surfaces meet. As wide as in the middle of the chord it counts to both ends.
     Between two almost tangent surfaces it ends with the smaller of the two faces.
     """
-    left, right = look.face.take(look.edges.left), look.face.take(look.edges.right)
+    left, right = seams.left, seams.right
     one, other = surface_of[left], surface_of[right]
-    seam = np.flatnonzero(one != other)
-    ends = look.mesh.vertices[look.edges.ends[seam]]
+    ends = look.mesh.vertices[look.edges.ends[seams.edge]]
     along = ends[:, 1] - ends[:, 0]
     middle = ends.mean(axis=1)
-    a, out_a, foot_a = _seen(look, surfaces, one[seam], left[seam], middle)
-    b, out_b, foot_b = _seen(look, surfaces, other[seam], right[seam], middle)
+    a, out_a, foot_a = _seen(look, surfaces, one, left, middle)
+    b, out_b, foot_b = _seen(look, surfaces, other, right, middle)
     cosine = np.einsum("ij,ij->i", out_a, out_b)
     square = np.maximum(1.0 - cosine**2, LEAST_SINE**2)[:, None]
     meeting = (a - cosine * b)[:, None] * out_a + (b - cosine * a)[:, None] * out_b
@@ -355,7 +405,7 @@ def _wedges(look: Look, surfaces: list[Revolved], surface_of: Indices) -> tuple[
     volume = 0.5 * np.abs(np.einsum("ij,ij->i", crossed, along))
     tangent = cosine > np.cos(NEARLY_TANGENT_RAD)
     highest = np.maximum(np.abs(a), np.abs(b))
-    least = np.minimum(look.area_mm2[left[seam]], look.area_mm2[right[seam]])
+    least = np.minimum(look.area_mm2[left], look.area_mm2[right])
     volume[tangent] = np.minimum(volume, highest * least)[tangent]
     return SEAM_SAFETY * volume, middle
 

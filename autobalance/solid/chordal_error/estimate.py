@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from autobalance.rigid_rotor.unbalance import Moments
-from autobalance.solid.chordal_error.bars import FLAT, accidents, fitted_bar, loose_bar
+from autobalance.solid.chordal_error.bars import FLAT, accidents, fitted_bar, largest_angles, loose_bar
 from autobalance.solid.chordal_error.look import SMOOTH_RAD, Look, look_at
 from autobalance.solid.chordal_error.revolved import (
     IN_QUARTERS,
@@ -26,6 +26,7 @@ from autobalance.solid.chordal_error.revolved import (
     Revolved,
     lens,
 )
+from autobalance.solid.chordal_error.samples import find_in_samples
 from autobalance.solid.chordal_error.scanned_facets import UNBALANCE_SHARE, ScannedFacets
 from autobalance.solid.chordal_error.seeds import (
     adopt_cut_facets,
@@ -34,7 +35,7 @@ from autobalance.solid.chordal_error.seeds import (
     find_leftover_cylinders,
 )
 from autobalance.solid.chordal_error.strips import axes_of, find_cylinders, find_revolved, split_in_bands
-from autobalance.solid.mesh.mesh import Mesh, ranked
+from autobalance.solid.mesh.mesh import CHUNK, Mesh, ranked
 from autobalance.types import Array, Flags, Indices
 from autobalance.value_classes import dataclass
 
@@ -47,6 +48,10 @@ NARROW_SHARE = 0.02
 """Extent across z, as a share of its cylinder's radius, up to which degree 2 is enough over a facet, to 1e-4
 of its lens. Along an oil hole, across the crank, it is off by 1e-2 of what facets hide in polar inertia; over
 a cone or a torus by 5e-3."""
+LENS_MOST, LENS_SAMPLE = 4000, 2000
+"""Triangles of a surface up to which each is integrated, and the number of a sample of more."""
+SPREADS = 2.0
+"""Error bar of a sample, in standard errors."""
 COARSE_MOST = 2000
 """Triangles of a torus up to which they are integrated in quarters: over two chords of a fillet, 45° each,
 degree 4 is 8e-4 off, more than the bar of a sure surface."""
@@ -154,27 +159,45 @@ def estimate_chordal_error(mesh: Mesh, density_g_mm3: float, frame: Array | None
     return chordal_error_of(look_at(mesh if frame is None else mesh.moved(frame)), density_g_mm3)
 
 
-def chordal_error_of(look: Look, density_g_mm3: float) -> ChordalError:
-    """Estimate the chord error of a mesh from its `Look`; see ``estimate_chordal_error``."""
+def chordal_error_of(
+    look: Look, density_g_mm3: float, *, sampled: bool = False, with_fits: bool = True
+) -> ChordalError:
+    """Estimate the chord error of a mesh from its `Look`; see ``estimate_chordal_error``.
+
+    With ``sampled`` surfaces are sought in a sample of the facets, and carried from there to all.
+    """
     surface_of = np.full(look.count, -1)
     surfaces: list[Revolved] = []
-    find_cylinders(look, surfaces, surface_of)
-    find_revolved(look, surfaces, surface_of)
-    find_leftover_cylinders(look, surfaces, surface_of)  # slower: only what is left
-    find_joined(look, surfaces, surface_of, axes_of(look, surfaces, surface_of))
-    adopt_cut_facets(look, surfaces, surface_of)
-    return _summed(look, surfaces, surface_of, density_g_mm3)
+    if sampled:
+        find_in_samples(look, surfaces, surface_of)
+    else:
+        find_cylinders(look, surfaces, surface_of)
+        find_revolved(look, surfaces, surface_of, axes_of(look, surfaces, surface_of))
+        find_leftover_cylinders(look, surfaces, surface_of)  # slower: only what is left
+        find_joined(look, surfaces, surface_of, axes_of(look, surfaces, surface_of))
+        adopt_cut_facets(look, surfaces, surface_of)
+    return _summed(look, surfaces, surface_of, density_g_mm3, with_fits)
 
 
-def _summed(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> ChordalError:
+def _summed(
+    look: Look,
+    surfaces: list[Revolved],
+    surface_of: Indices,
+    density_g_mm3: float,
+    with_fits: bool,
+) -> ChordalError:
     """Integrate between the facets and their surfaces, and add up the error bars."""
     lenses = _lenses(look, surfaces, surface_of, density_g_mm3)
+    before = surface_of.copy()
     if adopt_parted_facets(look, surfaces, surface_of):
-        lenses = _lenses(look, surfaces, surface_of, density_g_mm3)
-    planes, either = accidents(look, surfaces, surface_of, lenses)
+        lenses = _lenses(look, surfaces, surface_of, density_g_mm3, (before, lenses))
+    angles = largest_angles(look, surfaces, surface_of)
+    planes, either = accidents(look, surfaces, surface_of, lenses, angles)
+    before = surface_of.copy()
     if _split(look, surfaces, surface_of, planes):
-        lenses = _lenses(look, surfaces, surface_of, density_g_mm3)
+        lenses = _lenses(look, surfaces, surface_of, density_g_mm3, (before, lenses))
         either = np.append(either, np.zeros(len(surfaces) - len(either), dtype=bool))
+        angles = largest_angles(look, surfaces, surface_of)
     total = Moments.zero()
     gross_mass = gross_unbalance = sag = 0.0
     used = np.unique(surface_of[surface_of >= 0]).tolist()
@@ -184,8 +207,8 @@ def _summed(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g
         gross_mass += of_piece.gross_mass_g
         gross_unbalance += of_piece.gross_unbalance_g_mm
         sag = max(sag, of_piece.sag_mm)
-    bar = fitted_bar(look, surfaces, surface_of, lenses, either, density_g_mm3)
-    bar = bar + loose_bar(look, surfaces, surface_of, sag, density_g_mm3)
+    bar = fitted_bar(look, surfaces, surface_of, lenses, either, angles, density_g_mm3)
+    bar = bar + loose_bar(look, surfaces, surface_of, sag, angles, density_g_mm3)
     mean, mean_square = bar.along / (bar.unbalance_g_mm or 1.0)
     return ChordalError(
         total,
@@ -196,23 +219,87 @@ def _summed(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g
         sag,
         len(used),
         (float(mean), float(mean_square)),
-        _fitted(look, surfaces, surface_of, density_g_mm3),
+        _fitted(look, surfaces, surface_of, density_g_mm3) if with_fits else None,
     )
 
 
-def _lenses(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> list[Lens]:
-    """Integrate between the facets and their surfaces; release the faces of false ones."""
-    parts = _triangles_of(look, surface_of, len(surfaces))
-    lenses = []
-    for surface, mine in zip(surfaces, parts, strict=True):
-        corners = look.mesh.vertices.take(look.mesh.triangles.take(mine, axis=0), axis=0)
+def _lenses(
+    look: Look,
+    surfaces: list[Revolved],
+    surface_of: Indices,
+    density_g_mm3: float,
+    before: tuple[Indices, list[Lens]] | None = None,
+) -> list[Lens]:
+    """Integrate between the facets and their surfaces; release the faces of false ones.
+
+    Lenses ``before``, with the surface (count,) of each face then, are kept where no face has changed.
+    """
+    new = np.zeros(len(surfaces) + 2, dtype=bool)
+    new[0 if before is None else len(before[1]) : len(surfaces)] = True
+    if before is not None:
+        changed = np.flatnonzero(surface_of != before[0])
+        new[surface_of[changed]] = new[before[0][changed]] = True
+    new[len(surfaces) :] = False  # of no surface, and of planes
+    parts = _triangles_of(look, surface_of, new[: len(surfaces)])
+    lenses: list[Lens] = []
+    for number, (surface, mine) in enumerate(zip(surfaces, parts, strict=True)):
+        if before is not None and not new[number]:
+            lenses.append(before[1][number])
+            continue
+        rows = mine if len(mine) <= LENS_MOST else mine.take(_spread_rows(len(mine), LENS_SAMPLE))
+        corners = look.mesh.vertices.take(look.mesh.triangles.take(rows, axis=0), axis=0)
         narrow = not surface.tube_mm and not surface.slope
         narrow = narrow and _extent_mm(corners) <= NARROW_SHARE * surface.r0
         coarse = surface.tube_mm and len(mine) <= COARSE_MOST
         rule = THREE_POINTS if narrow else IN_QUARTERS if coarse else SIX_POINTS
-        lenses.append(lens(surface, corners, look.doubled.take(mine, axis=0), density_g_mm3, rule))
-    _drop_false(look, parts, lenses, surface_of, density_g_mm3)
+        one = lens(surface, corners, look.doubled.take(rows, axis=0), density_g_mm3, rule)
+        one = one if len(rows) == len(mine) else _of_all(look, one, rows, mine, density_g_mm3)
+        lenses.append(replace(one, rows=rows))
+    _drop_false(look, [one.rows for one in lenses], lenses, surface_of, density_g_mm3)
     return lenses
+
+
+def _of_all(look: Look, one: Lens, rows: Indices, every: Indices, density_g_mm3: float) -> Lens:
+    """Return the lens over all triangles (m,) of a surface, from one over a sample (k,) of them.
+
+    Over each triangle it is as its area, except for what the sample differs: by its spread the whole is off.
+    """
+    some, whole = (_of_areas(look, each) for each in (rows, every))
+    density = one.moments.mass_g / some.mass_g
+    times = whole.mass_g / some.mass_g
+    moments = whole.scaled(density) + (one.moments + some.scaled(-density)).scaled(times)
+    area = 0.5 * look.mesh.doubled_areas.take(rows)
+    apart = density_g_mm3 * one.volumes - abs(density) * area
+    middle = look.mesh.vertices.take(look.mesh.triangles.take(rows, axis=0), axis=0).mean(axis=1)
+    sure = SPREADS * len(every) / len(rows) * math.sqrt(1.0 - len(rows) / len(every))
+    out = np.hypot(middle[:, 0], middle[:, 1])
+    spread = (sure * float(np.linalg.norm(apart)), sure * float(np.linalg.norm(apart * out)))
+    return replace(
+        one,
+        moments=moments,
+        gross_mass_g=times * one.gross_mass_g,
+        gross_unbalance_g_mm=times * one.gross_unbalance_g_mm,
+        gross_at=times * one.gross_at,
+        spread=spread,
+    )
+
+
+def _of_areas(look: Look, rows: Indices) -> Moments:
+    """Return the moments of triangles, their areas [mm²] in place of their masses."""
+    axes, total = look.vertices, Moments.zero()
+    for begin in range(0, len(rows), CHUNK):
+        some = rows[begin : begin + CHUNK]
+        corners = axes.take(look.mesh.triangles.take(some, axis=0).T, axis=1)
+        middle, area = corners.mean(axis=1), 0.5 * look.mesh.doubled_areas.take(some)
+        total = total + Moments(float(area.sum()), middle @ area, (middle * area) @ middle.T)
+    return total
+
+
+def _spread_rows(count: int, some: int) -> Indices:
+    """Return ``some`` rows of ``count``, one at random in each of as many stretches."""
+    bounds = np.linspace(0, count, some + 1)
+    place = bounds[:-1] + np.random.default_rng(some).random(some) * np.diff(bounds)
+    return place.astype(np.int64)
 
 
 def _extent_mm(corners: Array) -> float:
@@ -243,12 +330,12 @@ def _fitted(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g
     return Fitted(tuple(surfaces), look.normal[faces], height, number, look.mesh.diagonal_mm, density_g_mm3)
 
 
-def _triangles_of(look: Look, surface_of: Indices, surfaces: int) -> list[Indices]:
-    """Return the triangles of the faces of each surface."""
-    number = surface_of.take(look.face)
-    rows = np.flatnonzero(number >= 0)
-    number, order = ranked(number.take(rows))
-    bounds = np.searchsorted(number, np.arange(surfaces + 1))
+def _triangles_of(look: Look, surface_of: Indices, asked: Flags) -> list[Indices]:
+    """Return the triangles of the faces of each surface asked (k,); none of others."""
+    wanted = np.append(asked, [False, False])[surface_of]
+    rows = np.flatnonzero(wanted.take(look.face))
+    number, order = ranked(surface_of.take(look.face.take(rows)))
+    bounds = np.searchsorted(number, np.arange(len(asked) + 1))
     rows = rows.take(order)
     return [rows[begin:end] for begin, end in pairwise(bounds)]
 
@@ -259,16 +346,20 @@ def _drop_false(
     """Release the faces of surfaces that were fitted to the wrong ones.
 
     Some face has more between it and its surface than a chord of its size can have, or all of them together
-    have much more than their angles suggest.
+    have much more than their angles suggest. Of a surface of very many a sample, ``parts``, is looked at.
     """
     if not any(len(part) for part in parts):
         return
-    held = np.bincount(
-        look.face.take(np.concatenate(parts)), np.concatenate([one.volumes for one in lenses]), look.count
-    )
-    thick = held > MAX_SAG_WIDTH_RATIO * look.area_mm2 * look.reach_mm + 1e-300
+    face, volume = look.face.take(np.concatenate(parts)), np.concatenate([one.volumes for one in lenses])
+    held = np.bincount(face, volume, look.count)
+    faces = np.flatnonzero((held > 0.0) & (surface_of >= 0))
+    number = surface_of.take(faces)
+    thick = held[faces] > MAX_SAG_WIDTH_RATIO * look.area_mm2[faces] * look.reach_mm(faces) + 1e-300
+    whole = np.array([one.spread == (0.0, 0.0) for one in lenses])
+    some = faces[whole[number]]
+    at_stake = look.at_stake.take(some) if whole.all() else look.part(some).at_stake
+    stake = np.bincount(surface_of[some], at_stake, len(parts))
+    false = whole & (np.array([one.gross_mass_g for one in lenses]) > MAX_SAG_RATIO * density_g_mm3 * stake)
+    false[number[thick]] = True
     mine = surface_of >= 0
-    stake = np.bincount(surface_of[mine], look.at_stake[mine], len(parts))
-    false = np.array([one.gross_mass_g for one in lenses]) > MAX_SAG_RATIO * density_g_mm3 * stake
-    false[surface_of[thick & mine]] = True
     surface_of[mine & false[surface_of]] = -1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
@@ -128,7 +129,9 @@ class Lens:
     """Volume between some facets and their surface: its moments, and sums of magnitudes.
 
     ``gross_at`` are ∫ z and ∫ z² of the gross unbalance, across and along the z axis; ``volumes`` (m,) lie
-    over each facet, whose middles are off by ``sag_mm`` at most.
+    over each facet, whose middles are off by ``sag_mm`` at most. ``spread`` is the error bar, at the same
+    places, of a lens known from a sample of its facets: its mass, and its first moment across z;
+    ``rows`` (m,) are their numbers in the mesh.
     """
 
     moments: Moments
@@ -137,6 +140,8 @@ class Lens:
     gross_at: Array
     volumes: Array
     sag_mm: float
+    spread: tuple[float, float] = (0.0, 0.0)
+    rows: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
 
 def lens(

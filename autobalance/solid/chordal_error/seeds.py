@@ -52,7 +52,7 @@ WORTH_SHARE = 0.999
 """Share of all smooth faces' estimate that is tried; the pieces that share the rest are not worth it."""
 
 
-class _Points:
+class Points:
     """The corners at the smooth edges of each face."""
 
     def __init__(self, look: Look) -> None:
@@ -91,7 +91,7 @@ class _Points:
 
 def find_leftover_cylinders(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
     """Fit cylinders of any axis to pieces of smooth facets that no strip of chords showed."""
-    points = _Points(look)
+    points = Points(look)
     tight = tight_mm(look)
     tries = _tries(look, _pieces(look, surface_of))
     for piece, fits in tries.grouped(_cylinders(look, points, tries, tight)):
@@ -107,7 +107,7 @@ def find_joined(
     look: Look, surfaces: list[Revolved], surface_of: Indices, axes: list[tuple[Array, Array]]
 ) -> None:
     """Fit cones, tori and cylinders about known axes to parts of pieces in which several join smoothly."""
-    points = _Points(look)
+    points = Points(look)
     tight = tight_mm(look)
     i, j = look.pairs
     idle = 0
@@ -138,23 +138,32 @@ def adopt_cut_facets(look: Look, surfaces: list[Revolved], surface_of: Indices) 
     """
     tight = tight_mm(look)
     i, j = (np.concatenate(pair) for pair in zip(look.pairs, look.parted, strict=True))
-    both = np.concatenate([np.stack([i, j]), np.stack([j, i])], axis=1)
-    both = both[:, look.small[both[0]]]
+    count = np.append(np.bincount(surface_of[surface_of >= 0], minlength=len(surfaces)), 0)
+    sure = np.append(count[:-1] >= MIN_SURE_FACES, False)  # the last is none
+    unsure = ~sure.take(surface_of) & look.small
+    here, there = np.flatnonzero(unsure.take(i)), np.flatnonzero(unsure.take(j))
+    both = np.stack([np.append(i[here], j[there]), np.append(j[here], i[there])])
+    deepest: dict[int, float] = {}
+    fresh = np.ones(look.count, dtype=bool)
     for _ in range(ADOPTED_IN_A_ROW):
-        count = np.bincount(surface_of[surface_of >= 0], minlength=len(surfaces))
-        sure = np.append(count >= MIN_SURE_FACES, False)  # the last is none
         both = both[:, ~sure[surface_of[both[0]]]]
-        face, source = both[:, sure[surface_of[both[1]]]]
+        face, source = both[:, sure[surface_of[both[1]]] & fresh[both[1]]]
         if len(face) == 0:
             return
+        fresh[:] = False
         pairs = np.unique(np.stack([surface_of[source], face]), axis=1)
-        before = surface_of.copy()
-        for number in np.unique(pairs[0]).tolist():
-            mine = pairs[1, pairs[0] == number]
-            on = _cut_from(look, surfaces[number], np.flatnonzero(before == number), mine, tight)
-            surface_of[mine[on]] = number
-        if (surface_of == before).all():
-            return
+        sets = Sets.of(pairs[0])
+        for start, size in zip(sets.starts.tolist(), sets.sizes.tolist(), strict=True):
+            number, mine = int(pairs[0, start]), pairs[1, start : start + size]
+            if number not in deepest:
+                own = look.first_middles(np.flatnonzero(surface_of == number))
+                deepest[number] = float(surfaces[number].off(own).min())
+            mine = mine[_cut_from(look, surfaces[number], deepest[number], mine, tight)]
+            np.subtract.at(count, surface_of[mine], 1)  # of no surface: the last
+            count[number] += len(mine)
+            surface_of[mine] = number
+            fresh[mine] = True
+        sure[:-1] = count[:-1] >= MIN_SURE_FACES
 
 
 def adopt_parted_facets(look: Look, surfaces: list[Revolved], surface_of: Indices) -> bool:
@@ -178,17 +187,16 @@ def adopt_parted_facets(look: Look, surfaces: list[Revolved], surface_of: Indice
         row, corner = look.corners(free)
         off = np.zeros(len(free))
         np.maximum.at(off, row, np.abs(surface.off(corner)))
-        deepest = min(float(surface.off(look.first_middles[mine]).min()), 0.0)
-        deep = surface.off(look.first_middles[free]) < PARTED_SAGS * deepest - tight
+        deepest = min(float(surface.off(look.first_middles(mine)).min()), 0.0)
+        deep = surface.off(look.first_middles(free)) < PARTED_SAGS * deepest - tight
         some = free[(off <= tight) & ~deep]
         surface_of[some[lies_on(look, surface, some)]] = number
         free = free[surface_of[free] == -1]
     return len(free) < before
 
 
-def _cut_from(look: Look, surface: Revolved, faces: Indices, beside: Indices, tight: float) -> Flags:
-    """Mark the faces ``beside`` (k,) that are cut from chords of a surface, which has some ``faces``."""
-    deepest = float(surface.off(look.first_middles[faces]).min())
+def _cut_from(look: Look, surface: Revolved, deepest: float, beside: Indices, tight: float) -> Flags:
+    """Mark the faces ``beside`` (k,) that are cut from chords of a surface, at most ``deepest`` under it."""
     row, corner = look.corners(beside)
     off = surface.off(corner)
     exact = np.bincount(row, np.abs(off) <= tight, len(beside))
@@ -199,7 +207,7 @@ def _cut_from(look: Look, surface: Revolved, faces: Indices, beside: Indices, ti
 
 def _taken(
     look: Look,
-    points: _Points,
+    points: Points,
     fitted: Revolved,
     left: Indices,
     size: int,
@@ -268,7 +276,7 @@ def _tries(look: Look, pieces: list[Indices]) -> _Tries:
 
 def _seeds(look: Look, piece: Indices) -> list[Indices]:
     """Return the whole piece, then facets near each other at places spread over it."""
-    middle = look.first_middles[piece]
+    middle = look.first_middles(piece)
     seeds = [piece]
     sizes = [size for size in SEED_SIZES if size < len(piece)]
     if not sizes:
@@ -282,7 +290,7 @@ def _seeds(look: Look, piece: Indices) -> list[Indices]:
     return seeds
 
 
-def _on(look: Look, points: _Points, surface: Revolved, faces: Indices, tight: float) -> Flags:
+def _on(look: Look, points: Points, surface: Revolved, faces: Indices, tight: float) -> Flags:
     """Mark the faces (k,) that lie on a surface, their points within ``tight``."""
     row, point = points.of(faces)
     worst = np.zeros(len(faces))
@@ -291,7 +299,7 @@ def _on(look: Look, points: _Points, surface: Revolved, faces: Indices, tight: f
     return np.asarray(counts & (worst <= tight) & lies_on(look, surface, faces))
 
 
-def _cylinders(look: Look, points: _Points, tries: _Tries, tight: float) -> dict[int, Revolved]:
+def _cylinders(look: Look, points: Points, tries: _Tries, tight: float) -> dict[int, Revolved]:
     """Fit a cylinder to the points of each seed; return those that pass through all of them."""
     if len(tries.faces) == 0:
         return {}
@@ -312,7 +320,7 @@ def _cylinders(look: Look, points: _Points, tries: _Tries, tight: float) -> dict
     }
 
 
-def _profiles(points: _Points, tries: _Tries, point: Array, axis: Array, tight: float) -> dict[int, Revolved]:
+def _profiles(points: Points, tries: _Tries, point: Array, axis: Array, tight: float) -> dict[int, Revolved]:
     """Return the line or the arc through the profile of each seed, if there is one."""
     if len(tries.faces) == 0:
         return {}

@@ -331,11 +331,13 @@ def axes_of(look: Look, surfaces: list[Revolved], surface_of: Indices) -> list[t
     return axes
 
 
-def find_revolved(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
-    """Find cones and tori about the axes of the cylinders among the faces left that are smooth."""
+def find_revolved(
+    look: Look, surfaces: list[Revolved], surface_of: Indices, axes: list[tuple[Array, Array]]
+) -> None:
+    """Find cones and tori about known axes among the faces left that are smooth."""
     i, j = look.pairs
     idle = 0
-    for point, axis in axes_of(look, surfaces, surface_of):
+    for point, axis in axes:
         if idle == IDLE_AXES:
             return
         before = len(surfaces)
@@ -378,7 +380,7 @@ class Around:
         seen[i] = seen[j] = True
         faces = np.flatnonzero(seen & look.small)
         normal = look.normal[faces]
-        _, r, out = cylindrical(look.first_middles[faces], point, axis)
+        _, r, out = cylindrical(look.first_middles(faces), point, axis)
         aside = np.abs(np.einsum("ij,ij->i", normal, np.cross(axis, out)))
         directed = (aside < MAX_ASIDE_RAD) & (r > 0.0)
         faces, upright = faces[directed], np.abs(normal[directed] @ axis)
