@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import socket
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib import resources
 from importlib.metadata import PackageNotFoundError, metadata
 from pathlib import Path
@@ -283,11 +283,7 @@ class Pages:
 
     async def duplicate(self, _: Request) -> Response:
         """Make a second job of the open crank beside the first, by another name."""
-        try:
-            await run_in_threadpool(duplicate_crank, self._project)
-        except AutobalanceError as error:
-            return refused(str(error), 400)
-        return JSONResponse(self._job())
+        return await self._changed(duplicate_crank, self._project)
 
     async def example(self, request: Request) -> Response:
         """Make the bundled crank the project's, or one drawn from a preset."""
@@ -295,8 +291,11 @@ class Pages:
         name = values.get("preset") if isinstance(values, dict) else False
         if not (name is None or isinstance(name, str)):
             return refused('the body must be {"preset": NAME or null}', 400)
+        return await self._changed(open_example, name, self._project, bool(values.get("weighed")))
+
+    async def _changed(self, work: Callable[..., Any], *given: Any) -> Response:
         try:
-            await run_in_threadpool(open_example, name, self._project, bool(values.get("weighed")))
+            await run_in_threadpool(work, *given)
         except AutobalanceError as error:
             return refused(str(error), 400)
         return JSONResponse(self._job())

@@ -41,6 +41,15 @@ return found ? found.userData.arrows : [];
 """
 
 
+INSIDE = """
+const view = document.getElementById("model").view, { clientWidth, clientHeight } = view.box;
+const found = view.scene.children.find(each => each.userData.arrows);
+return found.children.at(-1).geometry.attributes.position.array
+  .reduce((rows, value, k) => { (rows[Math.floor(k / 3)] ||= []).push(value); return rows; }, [])
+  .map(point => view.placed(point)).every(([x, y]) => x > 0 && y > 0 && x < clientWidth && y < clientHeight);
+"""
+
+
 def tags(page: Browser, kind: str) -> list[dict[str, Any]]:
     """Wait for tags of a kind; return what is seen of them."""
     script = f"const found = (() => {{ {TAGS} }})().filter(e => e.kind === arguments[0]);"
@@ -104,6 +113,7 @@ def test_planes_and_their_heavy_sides_stand_in_the_model(page: Browser, project:
     for found, plane in zip(arrows, initial, strict=True):
         x, y = plane["unbalance_g_mm"]
         assert found["angle"] == pytest.approx(math.atan2(y, x), abs=0.01)
+    assert page.run(INSIDE)
     said = tags(page, "heavy")[0]["words"]
     shown = page.run(
         "return document.querySelectorAll('#strip .polar')[1].querySelectorAll('dd')[1].textContent"

@@ -118,11 +118,12 @@ function grip(down, hand, cut, place) {
     const d = [event.clientX - down.clientX, event.clientY - down.clientY];
     if (!along && Math.hypot(...d) >= GRIPPED) along = ways.turn && share(d, ways.turn) > share(d, ways.depth) ? ways.turn : ways.depth;
     if (!along) return;
+    view.held = true;
     const [wx, wy] = along, by = (d[0] * wx + d[1] * wy) / (wx * wx + wy * wy);
     if (along === ways.depth) given.set(place, start.depth + by, start.turn);
     else given.set(place, start.depth, start.turn + by);
   };
-  const end = () => { for (const [name, work] of [["pointermove", move], ["pointerup", end], ["pointercancel", end]]) hand.removeEventListener(name, work); };
+  const end = () => { view.held = false; if (view.turning) view.restSoon(); for (const [name, work] of [["pointermove", move], ["pointerup", end], ["pointercancel", end]]) hand.removeEventListener(name, work); };
   for (const [name, work] of [["pointermove", move], ["pointerup", end], ["pointercancel", end]]) hand.addEventListener(name, work);
 }
 const share = ([x, y], [wx, wy]) => Math.abs(x * wx + y * wy) / (Math.hypot(wx, wy) || 1);

@@ -136,6 +136,8 @@ function inScene(rings, arrows, radius) {
     drawn.userData.arrows = arrows;
     view.scene.add(drawn);
   }
+  view.beside = arrows.flatMap(({ z, angle }) => [TIP * radius * Math.cos(angle), TIP * radius * Math.sin(angle), z]);
+  if (view.sets[view.mode] && view.camera.zoom === view.fitted) view.fit();
   view.draw();
 }
 // Lines, and blades given as corners of triangles, as one group.

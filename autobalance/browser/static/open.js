@@ -106,8 +106,12 @@ const WIDE_PX = 184, HIGH_PX = 128, PICTURED_MS = 3000; // once the page has wha
 async function picture() {
   if (!view.renderer || view.mode !== "crank") return null;
   const canvas = Object.assign(document.createElement("canvas"), { width: WIDE_PX, height: HIGH_PX }), { width, height } = view.renderer.domElement, scale = HIGH_PX / Math.min(width, height);
+  const others = view.scene.children.filter((each) => each.userData.arrows);
+  for (const each of others) each.visible = false;
   view.drawn(); // what was drawn is gone once it was shown
   canvas.getContext("2d").drawImage(view.renderer.domElement, (WIDE_PX - scale * width) / 2, (HIGH_PX - scale * height) / 2, scale * width, scale * height);
+  for (const each of others) each.visible = true;
+  view.draw();
   return new Promise((resolve) => canvas.toBlob(resolve, "image/png"));
 }
 const pictured = behind(async (file) => {

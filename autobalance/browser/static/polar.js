@@ -1,7 +1,7 @@
 // Unbalance across the axis: the drawing is the report page's own, asked of the server; numbers stand beside it.
 import { html, useEffect, useRef } from "/static/preact.min.js";
 import { askJson, behind } from "/static/server.js";
-import { redraw } from "/static/store.js";
+import { redrawSeen } from "/static/store.js";
 import { shown, withUnit } from "/static/tools.js";
 import { unitOf } from "/static/units.js";
 import { angleText, sign, zeroDeg } from "/static/zero.js";
@@ -25,7 +25,7 @@ const asked = behind(async () => {
   const { drawn } = await askJson("/api/polars", { method: "POST", body: `{"polars": [${keys.join(",")}]}` });
   if (drawings.size > MOST_KEPT) drawings.clear();
   keys.forEach((key, k) => drawings.set(key, drawn[k]));
-  redraw();
+  redrawSeen();
 });
 
 // One polar with its numbers; a vector is { unbalance_g_mm, magnitude_g_mm, uncertainty_g_mm, name }, its magnitude null where nothing is known yet.

@@ -9,13 +9,13 @@ const T = window.THREE;
 const LATE_MS = 50; // a frame that comes later than this after it was asked for is late
 const LATE_FRAMES = 2; // so many of them in a row: from then on less is drawn while the view turns
 const HAIR_MM = 0.05; // metal nearer to a point than this is where it lies, not before it
-const FILLS = 0.82; // of half the view: how far the crank reaches where it is fitted
+const FILLS = 0.82, REACHES = 0.92; // of half the view: how far the crank, and what stands beside it, reach where they are fitted
 const REST_MS = 160; // after so long without a turn the view rests, and is drawn whole
 
 export class View {
   constructor(box, canvas, note) {
     this.box = box; this.note = note; this.clip = new T.Plane(new T.Vector3(-1, 0, 0), 1e9); this.pieces = new Pieces(this.clip);
-    this.sets = {}; this.parts = []; this.isRough = false; this.mode = "crank"; this.onpick = null; this.marked = []; this.words = (words) => words; // in the reader's language
+    this.sets = {}; this.parts = []; this.isRough = false; this.beside = []; this.mode = "crank"; this.onpick = null; this.marked = []; this.words = (words) => words; // in the reader's language
     try {
       this.software = drawnBySoftware();
       this.renderer = new T.WebGLRenderer({ canvas, antialias: !this.software, alpha: true });
@@ -184,7 +184,7 @@ export class View {
       Object.assign(each.material, { depthTest: still, transparent: !still, opacity: still ? 1 : 0.8 });
       each.renderOrder = still ? 0 : 2;
     }
-    this.draw();
+    if (this.held) this.turned(); else this.draw(); // a hand moves it: coarse where frames come late
   }
 
   section(axis, share) {
@@ -273,8 +273,8 @@ export class View {
   }
   // The crank fills the view as it is seen now; what a hand has zoomed stays.
   fit() {
-    const { x, y, z } = this.controls.target, [wide, high] = extents(this.corners(), [x, y, z], this.axes());
-    this.fitted = this.camera.zoom = (this.room || 1) * FILLS * Math.min(this.camera.right / wide, this.camera.top / high);
+    const [wide, high] = [[this.corners(), FILLS], [this.beside, REACHES]].map(([p, share]) => extents(p, this.controls.target.toArray(), this.axes()).map((far) => far / share)).reduce((one, other) => one.map((far, k) => Math.max(far, other[k])));
+    this.fitted = this.camera.zoom = (this.room || 1) * Math.min(this.camera.right / wide, this.camera.top / high);
     this.camera.updateProjectionMatrix();
     this.draw();
   }
