@@ -38,7 +38,7 @@ from autobalance.balancing.record import (
 )
 from autobalance.balancing.rotor_from_job import Rotor
 from autobalance.balancing.sections import State
-from autobalance.balancing.web_metal import web_metal
+from autobalance.balancing.web_metal import WebMetal, web_metal
 from autobalance.correction import Limits, finishing
 from autobalance.correction.faces.cut import FaceCut
 from autobalance.crank.anatomy import Anatomy, Face
@@ -271,8 +271,9 @@ def record_of(
     tolerance: Tolerance,
     result: Result,
     counterweights: Moments | None = None,
+    webs: tuple[WebMetal, ...] | None = None,
 ) -> Record:
-    """Return the record of a balancing run, without forces and last holes."""
+    """Return the record of a balancing run, without forces and last holes; ``webs`` where they are known."""
     result = _with_doubts(result, tolerance)
     planes = tuple(plane.z_mm for plane in tolerance.planes)
     return Record(
@@ -301,7 +302,7 @@ def record_of(
             external=carried_unbalances(job, tolerance, result.residual),
             oil=job.engine.oil,
             faces=_named_faces(result),
-            web_metal=web_metal(crank.source.solid, result.solid, crank.anatomy),
+            web_metal=web_metal(crank.source.solid, result.solid, crank.anatomy) if webs is None else webs,
         ),
         against=None if crank.beside is None else crank.beside.against,
     )

@@ -194,8 +194,9 @@ def _check_as_recorded(
     if job.engine.oil:
         job = held.files.once(("oil", id(crank)), lambda: with_oil(job, crank))
     factor = float(claims.get("balance_factor.target", float))
-    webs = held.files.once(("counterweights", id(crank)), lambda: run.counterweights_of(crank))
-    record = run.record_of(job, crank, factor, tolerance, result, webs)
+    weights = held.files.once(("counterweights", id(crank)), lambda: run.counterweights_of(crank))
+    webs = solids.webs_left(held.files, crank, result.solid)
+    record = run.record_of(job, crank, factor, tolerance, result, weights, webs)
     record = run.with_forces(record, job, crank, result)
     record = _with_sections(record, job, crank, left, ends, claims)
     check_like(held, record)

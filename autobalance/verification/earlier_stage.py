@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.balancing import rotor_from_job, run
+from autobalance.balancing.loop import Result
 from autobalance.balancing.machine_reading import CAUSE
 from autobalance.correction.contract import EarlierCut
 from autobalance.crank.anatomy import Anatomy
@@ -252,7 +253,7 @@ def check_recut(held: Held) -> Checked:
     ends = Ends(reading, residual, old, new, (None, budget), hidden)
     factor = float(claims.get("balance_factor.target", float))
     claims.against(RECORD)
-    check_like(held, run.record_of(job, crank_before.crank, factor, tolerance, ended(claims, ends, left)))
+    _check_as_recorded(held, job, crank_before, factor, tolerance, ended(claims, ends, left))
     claims.against(BOTH_SOLIDS)
     check_course(claims, ends, is_cut)
     claims.against(FILES)
@@ -260,6 +261,14 @@ def check_recut(held: Held) -> Checked:
     claims.against(BOTH_SOLIDS)
     within = _verdict(claims, tolerance, residual, budget, is_cut)
     return Checked((), within, residual, tolerance, (), again, budget)
+
+
+def _check_as_recorded(
+    held: Held, job: Job, before: OriginalCrank, factor: float, tolerance: Tolerance, result: Result
+) -> None:
+    """Compare a stage's report with a record made again from job and files."""
+    webs = solids.webs_left(held.files, before.crank, result.solid)
+    check_like(held, run.record_of(job, before.crank, factor, tolerance, result, webs=webs))
 
 
 def _report_before(claims: Claims, folder: Path) -> Mapping[str, Any]:

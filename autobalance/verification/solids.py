@@ -12,6 +12,7 @@ import numpy as np
 from autobalance.balancing import measured_crank
 from autobalance.balancing.facet_correction import FacetCorrection
 from autobalance.balancing.measured import Crank
+from autobalance.balancing.web_metal import WebMetal, web_metal
 from autobalance.correction import KINDS
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import ClaimError, FileError, FormatError
@@ -19,6 +20,7 @@ from autobalance.job import Crankshaft, Job
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.runtime import note_read
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import REFUSED_HOLES, Source, read
 from autobalance.solid.formats.write import decode
 from autobalance.solid.mesh.measure import soup_moments
@@ -224,6 +226,13 @@ def keys_of_pressed_in(correction: Claims) -> tuple[str, str] | None:
     """Return the keys of mass and centre of a correction's slug; None where it presses none in."""
     kind = KINDS.get(correction.get("kind", str))
     return None if kind is None else kind.pressed_in
+
+
+def webs_left(files: Files, crank: Crank, after: Solid | None) -> tuple[WebMetal, ...]:
+    """Return the metal left in the webs between two solids; both are kept, so that no identity recurs."""
+    before = crank.source.solid
+    key = ("webs", id(before), id(after), id(crank.anatomy))
+    return files.once(key, lambda: (web_metal(before, after, crank.anatomy), crank, after))[0]
 
 
 # --- the crank as it came -----------------------------------------------------------------------------------
