@@ -38,6 +38,8 @@ TRIMMED_CIRCLES = 4
 """Fits of such a circle, each without the corners that the one before shows to be off it."""
 HELD_TRIALS, HELD_STRIDES = 48, (3, 7, 11)
 """Circles tried through three corners a third, a seventh and an eleventh of such an outline apart."""
+AT_A_TIME = 8192
+"""Distances of corners from circles computed together."""
 
 CREST, CREST_SHARE = 2.0, 0.1
 """Largest distance of the crests of a rough outline over that of the rest, and their share: σ = 0.05 mm."""
@@ -106,6 +108,41 @@ def corners_of(outline: Array, grain_mm: float) -> Array:
     return points
 
 
+@dataclass(frozen=True, eq=False)
+class _Corners:
+    """Corners (k, 2) of a closed outline, steps (k,) to the next ones, and the longer one of either side."""
+
+    places: Array
+    steps: Array
+    reach: Array
+
+    @classmethod
+    def of(cls, places: Array) -> _Corners:
+        x, y = np.ascontiguousarray(places.T)
+        steps = np.sqrt((following(x) - x) ** 2 + (following(y) - y) ** 2)
+        return cls(places, steps, np.maximum(steps, preceding(steps)))
+
+    def cover(self, centres: Array, radii: Array, rough_mm: float) -> Array:
+        """Return for each circle the share of the full angle that the outline follows.
+
+        So many circles at a time that what lies between stays in the cache.
+        """
+        count, (x, y) = len(self.steps), np.ascontiguousarray(self.places.T)
+        rows, covers = max(1, AT_A_TIME // count), np.zeros(len(radii))
+        with np.errstate(over="ignore", invalid="ignore"):
+            for begin in range(0, len(radii), rows):
+                few = slice(begin, begin + rows)
+                (at_x, at_y), radius = centres[few].T[:, :, None], radii[few, None]
+                off = np.sqrt((x - at_x) ** 2 + (y - at_y) ** 2) - radius
+                covers[few] = _cover(off, self.reach, self.steps, radius, rough_mm)
+        return covers
+
+    def near(self, centre: Array, radius: float, rough_mm: float) -> Array:
+        """Return the corners near a circle."""
+        off = distances(self.places, centre) - radius
+        return self.places[np.abs(off) <= _slack(self.reach, radius, rough_mm)]
+
+
 def whole_circle(outline: Array, grain_mm: float, rough_mm: float = 0.0) -> Circle | None:
     """Return the circle of a closed outline (k, 2), without pieces cut out; None if it is not a circle.
 
@@ -113,35 +150,34 @@ def whole_circle(outline: Array, grain_mm: float, rough_mm: float = 0.0) -> Circ
     """
     if _is_long(outline):
         return None
-    corners = corners_of(outline, grain_mm)
-    count = len(corners)
+    return _whole(_Corners.of(corners_of(outline, grain_mm)), grain_mm, rough_mm)
+
+
+def _whole(corners: _Corners, grain_mm: float, rough_mm: float) -> Circle | None:
+    """Return the circle of an outline's corners; None if it is not a circle."""
+    places, count = corners.places, len(corners.places)
     if count < 8:
         return None
-    x, y = np.ascontiguousarray(corners.T)
-    step = np.sqrt((following(x) - x) ** 2 + (following(y) - y) ** 2)
-    reach = np.maximum(step, preceding(step))
     for trials in TRIALS:
         first = np.arange(0, count, max(1, count // trials))
-        trio = corners[np.stack([first, (first + count // 3) % count, (first + 2 * count // 3) % count])]
+        trio = places[np.stack([first, (first + count // 3) % count, (first + 2 * count // 3) % count])]
         centres, radii = _circumcircles(*trio)
-        with np.errstate(over="ignore", invalid="ignore"):
-            off = np.sqrt((x - centres[:, :1]) ** 2 + (y - centres[:, 1:]) ** 2) - radii[:, None]
-            cover = _cover(off, reach, step, radii[:, None], rough_mm)
+        cover = corners.cover(centres, radii, rough_mm)
         best = int(np.argmax(cover))
         if cover[best] > NEARLY_WHOLE:
             break
     if cover[best] < LEAST_COVER:
         return None
-    centre, radius = fit_circle(corners[np.abs(off[best]) <= _slack(reach, radii[best], rough_mm)])
-    away = np.abs(distances(corners, centre) - radius)
+    centre, radius = fit_circle(corners.near(centres[best], radii[best], rough_mm))
+    away = np.abs(distances(places, centre) - radius)
     close = away <= max(
         4.0 * float(np.median(away)), grain_mm, rough_mm
     )  # without corners of the pieces cut out
     if close.sum() >= 8:
-        centre, radius = fit_circle(corners[close])
-    outside = distances(corners, centre) - radius
+        centre, radius = fit_circle(places[close])
+    outside = distances(places, centre) - radius
     if float(outside.max()) > 2.0 * _on_circle(radius, rough_mm) + float(
-        _slack(reach, radius, rough_mm).max()
+        _slack(corners.reach, radius, rough_mm).max()
     ):
         return None
     return Circle(centre, radius)
@@ -153,32 +189,30 @@ def hole_circles(outline: Array, grain_mm: float, rough_mm: float = 0.0) -> tupl
     That is one, except for two bores that a slot joins, and none in a window. Slots in a bore lie beyond its
     circle: nothing reaches into it. They are looked for in drawn surfaces alone.
     """
-    whole = whole_circle(outline, grain_mm, rough_mm)
+    is_long = _is_long(outline)
+    if is_long and rough_mm > 0.0:
+        return ()
+    corners = _Corners.of(corners_of(outline, grain_mm))
+    whole = None if is_long else _whole(corners, grain_mm, rough_mm)
     if whole is not None or rough_mm > 0.0:
         return () if whole is None else (whole,)
-    corners = corners_of(outline, grain_mm)
-    count = len(corners)
+    places, count = corners.places, len(corners.places)
     if count < 8:
         return ()
-    step = np.linalg.norm(following(corners) - corners, axis=1)
-    reach = np.maximum(step, preceding(step))
     begins = np.arange(0, count, max(1, count // HELD_TRIALS))
     strides = {max(2, count // parts) for parts in HELD_STRIDES}
     steps = [begins + np.array([[0], [stride], [2 * stride]]) for stride in strides]
-    trio = corners[np.concatenate(steps, axis=1) % count]
+    trio = places[np.concatenate(steps, axis=1) % count]
     centres, radii = _circumcircles(*trio)
     found: list[Circle] = []
-    with np.errstate(over="ignore", invalid="ignore"):
-        off = np.linalg.norm(corners - centres[:, None], axis=2) - radii[:, None]
-        cover = _cover(off, reach, step, radii[:, None], 0.0)
+    cover = corners.cover(centres, radii, 0.0)
     for best in np.argsort(-cover, kind="stable"):
         if cover[best] < HELD_COVER:
             break
         if any(float(np.linalg.norm(centres[best] - one.centre)) < one.radius for one in found):
             continue
-        near = corners[np.abs(off[best]) <= _slack(reach, radii[best], 0.0)]
-        circle = _fitted_without_outliers(near, grain_mm)
-        if _is_held(corners, step, reach, circle):
+        circle = _fitted_without_outliers(corners.near(centres[best], radii[best], 0.0), grain_mm)
+        if _is_held(places, corners.steps, corners.reach, circle):
             found.append(circle)
     return tuple(found)
 
