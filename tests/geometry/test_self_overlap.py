@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from autobalance.errors import OverlapError
-from autobalance.solid.csg.solid import Solid, self_overlap, united
+from autobalance.solid.csg.difference import self_overlap, united
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import read
 from autobalance.solid.formats.write import encode
 from autobalance.solid.mesh.measure import Doubled, doubled_metal, frame_along

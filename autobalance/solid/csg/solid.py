@@ -1,4 +1,4 @@
-"""Solids with checked booleans, and double metal made single; the kernel's status is read here alone."""
+"""Solids with checked booleans; the kernel's status is read here alone."""
 
 from __future__ import annotations
 
@@ -8,13 +8,12 @@ from typing import Any
 import manifold3d as m3
 import numpy as np
 
-from autobalance.errors import OverlapError, SolidError
+from autobalance.errors import SolidError
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.region import Region, triangulated
 from autobalance.solid.mesh.measure import mesh_moments, part_volumes
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
-from autobalance.value_classes import dataclass
 
 # Solids with booleans, all checked: this module alone reads the kernel's status.
 #
@@ -26,6 +25,8 @@ SAME_VOLUME = 1e-6
 """Share by which the volume of a body rebuilt from its triangles may differ: manifold3d takes long slivers
 out of them, and where these are many, a part of the body with them."""
 
+BESIDE_SHARE = 1e-3
+"""Room left around a connected body that is taken out of others, in shares of its size."""
 FILM = 1e-6
 """Volume over area and diagonal up to which manifold3d has to tell whether a mesh bounds anything: it merges
 what is nearer than 1e-12 of the diagonal. Cranks have 0.01 to 0.03."""
@@ -328,7 +329,29 @@ class Solid:
         again = self._whole(thicker, float(volume[chosen].sum()))
         if again is not None:
             return again.pieces()
+        each = [
+            self._taken_out(mesh.part(of_facet == number), float(volume[number]))
+            for number in np.flatnonzero(chosen)
+        ]
+        found = [piece for piece in each if piece is not None]
+        if len(found) == len(each):
+            return found
         return [piece for piece in self.pieces() if piece.volume_mm3 > thickness_mm * piece.area_mm2]
+
+    def _taken_out(self, part: Mesh, volume_mm3: float) -> Solid | None:
+        """Return a connected body of this one, by its mesh and volume, None where it cannot be had alone.
+
+        Where it cannot be built anew, it is looked for among the few bodies around it: of thousands of
+        flakes each takes as long as all of the solid, together two minutes of a tessellated V6.
+        """
+        alone = self._whole(part, volume_mm3)
+        if alone is not None:
+            return alone
+        low, high = part.bounds
+        around = Solid.box(low - BESIDE_SHARE * (high - low), high + BESIDE_SHARE * (high - low))
+        same = SAME_VOLUME * volume_mm3
+        found = [each for each in (self & around).pieces() if abs(each.volume_mm3 - volume_mm3) <= same]
+        return found[0] if len(found) == 1 else None
 
     def built_anew(self) -> Solid | None:
         """Return the solid built from its triangles, free of earlier films; None where metal goes."""
@@ -348,100 +371,3 @@ def union(solids: Sequence[Solid]) -> Solid:
 
 def _status_name(body: m3.Manifold) -> str:
     return str(body.status()).rpartition(".")[2]
-
-
-# Double metal of one closed mesh: its volume, its place, and a solid in which it counts once.
-#
-# Booleans multiply winding numbers. With w at a point of body A, A - A has w - w², which is nothing if w is
-# 0 or 1. So a body less itself is just its wrongly counted part, with its own surfaces as its outline.
-
-
-ROUNDING_SHARE = 1e-7
-"""Share of a solid that may be left to count twice when it was united: rounding of coordinates."""
-HALVINGS = 8
-"""Most halvings of a box around doubled metal before uniting is given up."""
-
-
-@dataclass(frozen=True, eq=False)
-class SelfOverlap:
-    """Metal counted by a solid more than once, or as negative.
-
-    Attributes
-    ----------
-    volume_mm3 : float
-        Error of the solid's volume, each part counted as often as it is too much or too little.
-    centre_mm : (3,) float
-        Of the largest piece, in the solid's coordinates.
-    bounds : (2, 3) float
-        Of all of it.
-    """
-
-    volume_mm3: float
-    centre_mm: Array
-    bounds: Array
-
-
-def self_overlap(solid: Solid) -> SelfOverlap | None:
-    """Measure the metal that a solid counts twice; None if nothing is counted twice.
-
-    A cut along the whole surface: ten times as long as building the solid.
-    """
-    wrong = solid - solid
-    if wrong.is_empty:
-        return None
-    largest = min(wrong.pieces(), key=lambda piece: piece.volume_mm3)
-    doubled = mesh_moments(largest.mesh, 1.0)
-    if not doubled.mass_g < 0.0:  # w - w² is: what is left is folded triangles, no metal
-        return None
-    return SelfOverlap(-0.5 * wrong.volume_mm3, doubled.centre_mm, wrong.bounds)  # (w² - w) / 2
-
-
-def united(solid: Solid) -> Solid:
-    """Return a solid in which metal that counts twice counts once.
-
-    Cut out by a box, the two layers of doubled metal are separate bodies, and those can be united. If they
-    are still connected in a corner of the box, halves of the box separate them.
-
-    Raises
-    ------
-    OverlapError
-        If the layers cannot be parted, or metal counts as negative.
-    """
-    left = ROUNDING_SHARE * solid.volume_mm3
-    result = _united(solid, left, HALVINGS)
-    wrong = self_overlap(result)
-    if wrong is not None and wrong.volume_mm3 > left:
-        x, y, z = wrong.centre_mm
-        raise OverlapError(
-            f"the solid overlaps itself and could not be united: {wrong.volume_mm3:.4g} mm³ still count "
-            f"wrongly around ({x:.6g}, {y:.6g}, {z:.6g}) mm in the file's coordinates",
-            wrong.volume_mm3,
-        )
-    return result
-
-
-def _united(solid: Solid, left_mm3: float, halvings: int) -> Solid:
-    """Return a solid with its layers united, apart from volumes that are small enough to leave."""
-    wrong = self_overlap(solid)
-    if wrong is None or wrong.volume_mm3 <= left_mm3 or halvings == 0:
-        return solid
-    box = Solid.box(*wrong.bounds)
-    pieces = (solid & box).pieces()
-    if not pieces:  # too thin to be cut: nothing of it can be parted
-        return solid
-    if len(pieces) > 1:
-        inside = _united(union(pieces), left_mm3, halvings - 1)
-    else:
-        inside = union([_united(half, left_mm3, halvings - 1) for half in _halves(pieces[0], wrong.bounds)])
-    outside = solid - box
-    return inside if outside.is_empty else union([outside, inside])
-
-
-def _halves(solid: Solid, bounds: Array) -> list[Solid]:
-    """Cut a solid in two across the longest edge of a box."""
-    low, high = bounds
-    axis = int(np.argmax(high - low))
-    middle = 0.5 * (low[axis] + high[axis])
-    end, start = high.copy(), low.copy()
-    end[axis] = start[axis] = middle
-    return [solid & Solid.box(low, end), solid & Solid.box(start, high)]

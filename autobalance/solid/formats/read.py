@@ -14,7 +14,8 @@ from autobalance.disk_cache import kept
 from autobalance.errors import BodiesError, FormatError, OverlapError, SolidError, file_errors
 from autobalance.known import once
 from autobalance.rigid_rotor.unbalance import Moments
-from autobalance.solid.csg.solid import Solid, united
+from autobalance.solid.csg.difference import united
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.gltf import file_bytes
 from autobalance.solid.formats.raw import Raw

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.errors import OverlapError, SolidError
-from autobalance.solid.csg.solid import Solid, self_overlap
+from autobalance.solid.csg.difference import self_overlap
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.measure import Doubled, doubled_metal, frame_along, mesh_moments, part_volumes
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array, Indices
