@@ -17,7 +17,7 @@ from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate, Paragraph, Spacer
 
 from autobalance.paper.cuts import Column, table
-from autobalance.paper.machine_page import unbalance_table
+from autobalance.paper.machine_page import is_read, unbalance_table
 from autobalance.paper.pen import (
     INK,
     POINTS_PER_MM,
@@ -323,11 +323,7 @@ def _title(report: Report) -> str:
     """Return the title: without a reading after the last cut a certificate is a prediction."""
     if report["outcome"] == "above_tolerance":
         return "Balancing record"
-    return "Balancing certificate" if _was_read(report) else "Balancing certificate, predicted"
-
-
-def _was_read(report: Report) -> bool:
-    return bool(report.get("stages")) and not report["corrections"]
+    return "Balancing certificate" if is_read(report) else "Balancing certificate, predicted"
 
 
 def _statement(report: Report, u: DisplayUnits) -> str:
@@ -348,7 +344,7 @@ def _basis(report: Report) -> str:
     if not stages:
         return "Calculated from the corrected model. The crank was not measured on a balancing machine."
     stage = stages[-1]["stage"]
-    if _was_read(report):
+    if is_read(report):
         return f"Measured on the balancing machine, reading of stage {stage}."
     return (
         f"Predicted: the reading of stage {stage} and the cuts since, as calculated. The crank was not "
@@ -358,7 +354,7 @@ def _basis(report: Report) -> str:
 
 def _verified(report: Report) -> str:
     """Return in a few words how the residual is known."""
-    if _was_read(report):
+    if is_read(report):
         return f"read on the machine, stage {report['stages'][-1]['stage']}"
     if report.get("stages"):
         return "calculated from the last reading and the cuts since"

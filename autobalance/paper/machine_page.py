@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from reportlab.platypus import Flowable
 
@@ -16,7 +17,10 @@ from autobalance.wording import NO_VALUE, at, degrees, weights
 
 
 def unbalance_table(report: Report, u: DisplayUnits, wide_mm: float, zero: Zero) -> Flowable:
-    """Return a table of the unbalance before and after, its heavy side, uncertainty and limits."""
+    """Return a table of the unbalance before and after, its heavy side, uncertainty and limits.
+
+    After a reading that needs no cut, before and after are that reading: it is listed once.
+    """
     columns = [
         Column(f"unbalance in {u.unbalance}{'' if u.is_metric else ' (g·in)'}", 46.0, "left"),
         Column("before", 22.0),
@@ -32,7 +36,15 @@ def unbalance_table(report: Report, u: DisplayUnits, wide_mm: float, zero: Zero)
     for before, after, plane in triples:
         name = f"Plane {plane['name']}, z = {u.mm(plane['z_mm'])} {u.length}"
         rows.append(_unbalance_row(name, before, after, plane, u, zero))
+    if is_read(report):
+        columns = [columns[0], replace(columns[3], title="read"), *columns[4:]]
+        rows = [[row[0], *row[3:]] for row in rows]
     return table(wide_mm, columns, rows, row_mm=5.4)
+
+
+def is_read(report: Report) -> bool:
+    """Return whether a report has the reading of a machine after the last cut."""
+    return bool(report.get("stages")) and not report["corrections"]
 
 
 def _unbalance_row(

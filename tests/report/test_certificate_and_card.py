@@ -52,6 +52,11 @@ def test_a_certificate_is_one_page_with_before_after_and_permitted(paper: Any, u
         assert f"{plane['permissible_g_mm'] / per:.{digits}f}" in text
 
 
+def lines_of(report: dict[str, Any]) -> list[str]:
+    (page,) = PdfReader(io.BytesIO(certificate(report, None))).pages
+    return [" ".join(line.split()) for line in page.extract_text().splitlines()]
+
+
 @pytest.mark.parametrize("cuts", [0, 2])
 def test_only_a_reading_after_the_last_cut_is_no_prediction(cuts: int) -> None:
     report = headed(2)
@@ -83,6 +88,10 @@ def test_a_certificate_has_the_mass_of_the_finished_crank_and_counts_pads_apart(
     assert "Cuts in all 1 Pads in all 1 Verified read on the machine, stage 2" in text
     assert "Within tolerance" in text
     assert "Already" not in text
+    left = f"{report['residual']['magnitude_g_mm']:.2f}"
+    assert "read heavy at uncertain by permitted" in text  # the reading once, not as before and after
+    (row,) = [line.split() for line in lines_of(report | now) if line.startswith("Resultant")]
+    assert row.count(left) == 1
     (first_stage,) = pages(certificate(report | {"corrections": [pad, second]}, None))
     after = mass_g + 200.0 - second["removed_mass_g"]
     assert f"Crank mass {after:.2f} g, before correction {mass_g:.2f} g" in first_stage

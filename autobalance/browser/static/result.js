@@ -8,13 +8,19 @@ import { state } from "/static/job.js";
 
 const CAUSES = { facets: "facets of the file", rounding: "rounding of the file", axis: "the axis", density: "density", weights: "weights", attached: "attached parts", depth: "depths", machine: "the machine" };
 
+// How the numbers are known: of the solid, or of a balancing machine.
+function source({ command, corrections }) {
+  const unit = { unit: unitOf("g·mm") };
+  if (command !== "recut") return t("Measured on the written solid; unbalance in {unit}", unit);
+  return corrections.length ? t("Reading and the cuts since, as measured on the written solid; unbalance in {unit}", unit) : t("Read on the balancing machine; unbalance in {unit}", unit);
+}
 export function Numbers() {
   const report = state.result?.report;
   if (!report) return html`<table id="numbers" hidden><tbody></tbody></table>`;
   const { initial, residual, tolerance, balance_factor: factor } = report, bob = report.engine.bob_weights[0];
   const rows = [[t("resultant"), initial, residual, tolerance.permissible_g_mm, "", "tolerance.permissible_g_mm"], ...residual.planes.map((plane, k) => [`${t("plane")} ${plane.name}`, initial.planes[k], plane, tolerance.planes[k].permissible_g_mm, `planes.${k}.`, `tolerance.planes.${k}.permissible_g_mm`])];
   const cell = (of, value, digits = 2) => html`<td><${Measured} of=${of} value=${value} digits=${digits}/></td>`;
-  return html`<table id="numbers"><caption>${t("Measured on the written solid; unbalance in {unit}", { unit: unitOf("g·mm") })}</caption>
+  return html`<table id="numbers"><caption>${source(report)}</caption>
     <thead><tr><th></th><th scope="col">${t("before")}</th><th scope="col">${t("after")}</th><th scope="col">${t("permitted or target")}</th></tr></thead><tbody>
     ${rows.map(([name, before, after, limit, path, key]) => html`<tr><th scope="row">${name}</th>${cell(`initial.${path}magnitude_g_mm`, before.magnitude_g_mm)}${cell(`residual.${path}magnitude_g_mm`, after.magnitude_g_mm)}${cell(key, limit)}</tr>`)}
     ${bob ? html`<tr><th scope="row">${t("bob-weight, throw {number}", { number: 1 })} [g]</th><td></td>${cell("engine.bob_weights.0.mass_g", bob.mass_g)}<td></td></tr>` : ""}
