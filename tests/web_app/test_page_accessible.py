@@ -58,8 +58,9 @@ def found_on_tabs(page: Browser) -> dict[str, Any]:
     """Return what axe finds on each tab, and texts of drawings without contrast, which axe leaves out."""
     page.run(files("axe_core_python").joinpath("axe.min.js").read_text(encoding="utf-8"))
     wrong: dict[str, Any] = {}
-    for tab in ("open", "parts", "correct", "see", "analyse", "machine", "history"):
-        page.click_on(at(f"tab-{tab}"))
+    steps = ("tab-open", "tab-parts", "tab-correct", "tab-see", "view-webs", "tab-analyse", "tab-machine")
+    for tab in (*steps, "tab-history", "to-start"):
+        page.click_on(at(tab))
         page.run("for (const each of document.querySelectorAll('details')) each.open = true;" + RUN)
         until(page, "return window.axe_found !== null")
         found = page.run("return window.axe_found") + page.run(TEXTS_IN_DRAWINGS)
