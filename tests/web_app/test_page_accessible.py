@@ -22,7 +22,14 @@ const parts = text => text.match(/[\\d.]+/g).map(Number);
 const linear = v => v / 255 <= 0.04045 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4;
 const light = text => parts(text).map(linear).slice(0, 3)
   .reduce((sum, v, k) => sum + [0.2126, 0.7152, 0.0722][k] * v, 0);
+const covers = (shape, each) => { // a number on its badge
+  const a = shape.getBoundingClientRect(), b = each.getBoundingClientRect();
+  return a.left <= b.left && b.right <= a.right && getComputedStyle(shape).fill.startsWith("rgb");
+};
 const ground = (each) => {
+  const before = each.previousElementSibling;
+  const isBadge = before && /rect|circle/.test(before.tagName) && covers(before, each);
+  if (isBadge) return light(getComputedStyle(before).fill);
   for (let box = each; box; box = box.parentElement) {
     const own = getComputedStyle(box).backgroundColor, all = parts(own);
     if (!(box instanceof SVGElement) && (all.length === 3 || all[3] === 1)) return light(own);

@@ -316,6 +316,7 @@ export class View {
     Object.assign(this.camera, { left: -half * Math.max(1, aspect), right: half * Math.max(1, aspect), top: half * Math.max(1, 1 / aspect), bottom: -half * Math.max(1, 1 / aspect) });
     this.camera.updateProjectionMatrix();
     this.controls.update();
+    if (this.sets[this.mode] && this.camera.zoom === this.fitted) this.fit();
     this.draw();
   }
 
