@@ -15,8 +15,16 @@ from itertools import pairwise
 import numpy as np
 
 from autobalance.rigid_rotor.unbalance import Moments
-from autobalance.solid.chordal_error.bars import FLAT, accidents, fitted_bar, largest_angles, loose_bar
-from autobalance.solid.chordal_error.look import SMOOTH_RAD, Look, look_at
+from autobalance.solid.chordal_error.bars import (
+    EITHER_SHARE,
+    FLAT,
+    Bar,
+    accidents,
+    fitted_bar,
+    largest_angles,
+    loose_bar,
+)
+from autobalance.solid.chordal_error.look import SMOOTH_RAD, Look, look_at, tight_mm
 from autobalance.solid.chordal_error.revolved import (
     IN_QUARTERS,
     SIX_POINTS,
@@ -34,7 +42,12 @@ from autobalance.solid.chordal_error.seeds import (
     find_joined,
     find_leftover_cylinders,
 )
-from autobalance.solid.chordal_error.strips import axes_of, find_cylinders, find_revolved, split_in_bands
+from autobalance.solid.chordal_error.strips import (
+    axes_of,
+    find_cylinders,
+    find_revolved,
+    split_in_bands,
+)
 from autobalance.solid.mesh.mesh import CHUNK, Mesh, ranked
 from autobalance.types import Array, Flags, Indices
 from autobalance.value_classes import dataclass
@@ -50,6 +63,9 @@ of its lens. Along an oil hole, across the crank, it is off by 1e-2 of what face
 a cone or a torus by 5e-3."""
 LENS_MOST, LENS_SAMPLE = 4000, 2000
 """Triangles of a surface up to which each is integrated, and the number of a sample of more."""
+STEEP_BESIDE, STEEP_IN_A_ROW = 4, 5
+"""Faces of a surface that steep triangles may lie on, at least, and such triangles side by side at most: a
+kernel lays one or two from rim to rim of a fillet."""
 SPREADS = 2.0
 """Error bar of a sample, in standard errors."""
 COARSE_MOST = 2000
@@ -209,6 +225,7 @@ def _summed(
         sag = max(sag, of_piece.sag_mm)
     bar = fitted_bar(look, surfaces, surface_of, lenses, either, angles, density_g_mm3)
     bar = bar + loose_bar(look, surfaces, surface_of, sag, angles, density_g_mm3)
+    bar = bar + _steep_bar(look, surfaces, surface_of, density_g_mm3)
     mean, mean_square = bar.along / (bar.unbalance_g_mm or 1.0)
     return ChordalError(
         total,
@@ -319,6 +336,55 @@ def _split(look: Look, surfaces: list[Revolved], surface_of: Indices, planes: Fl
             surface_of[mine] = len(surfaces)
             surfaces.append(fitted)
     return bool(planes.any())
+
+
+def _steep_bar(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> Bar:
+    """Return the error bar of lone triangles that have all corners on a surface beside them.
+
+    They turn by more than a real edge does, or are deeper than other chords. But a CAD kernel lays such ones
+    over a fillet at coarse angles, from rim to rim, and beside holes: four fillets of 39 each hid three times
+    the error bar. A flat on a shaft has four corners, and is real.
+    """
+    count = np.bincount(surface_of[surface_of >= 0], minlength=len(surfaces))
+    known = np.append(count >= STEEP_BESIDE, [False, False])  # of no surface, and of planes: the last
+    open_ = (surface_of == -1) & (look.sizes == 1) & (look.corner_counts == 3)
+    ways = look.edges.left, look.edges.right
+    rows = np.flatnonzero(open_.take(look.face.take(ways[0])) | open_.take(look.face.take(ways[1])))
+    one, other = (look.face.take(way.take(rows)) for way in ways)
+    both = np.stack([np.append(one, other), np.append(other, one)])
+    both = both[:, open_[both[0]]]
+    tight, of = tight_mm(look), surface_of.copy()
+    total = Bar(0.0, 0.0, np.zeros(2))
+    for _ in range(STEEP_IN_A_ROW):
+        face, source = both[:, (of[both[0]] == -1) & known[of[both[1]]]]
+        before = np.unique(np.stack([of[source], face]), axis=1)
+        found = False
+        for number in np.unique(before[0]).tolist():
+            mine = before[1, (before[0] == number) & (of[before[1]] == -1)]
+            row, corner = look.corners(mine)
+            off = np.bincount(row, np.abs(surfaces[number].off(corner)) > tight, len(mine))
+            mine = mine[(off == 0) & ~_is_across(look, surfaces[number], mine)]
+            of[mine], found = number, found or len(mine) > 0
+            rows = look.order.take(look.starts.take(mine))
+            corners = look.mesh.vertices.take(look.mesh.triangles.take(rows, axis=0), axis=0)
+            held = lens(
+                surfaces[number], corners, look.doubled.take(rows, axis=0), density_g_mm3, IN_QUARTERS
+            )
+            total = total + Bar(
+                EITHER_SHARE * held.gross_mass_g,
+                EITHER_SHARE * held.gross_unbalance_g_mm,
+                EITHER_SHARE * held.gross_at,
+            )
+        if not found:
+            break
+    return total
+
+
+def _is_across(look: Look, surface: Revolved, faces: Indices) -> Flags:
+    """Mark the faces (k,) that lean to a surface by more than a chord may, as the end of a shaft does."""
+    normal = surface.normal(look.first_middles(faces))
+    along = np.abs(np.einsum("ij,ij->i", normal, look.normal.take(faces, axis=0)))
+    return np.asarray(along < np.cos(SMOOTH_RAD))
 
 
 def _fitted(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> Fitted:
