@@ -70,7 +70,7 @@ def _verdict(report: Values) -> str:
 
 def _to_do(report: Values, units: DisplayUnits) -> str:
     if report["outcome"] == "above_tolerance":
-        return f"{_factors(report)}, to reach it: {_remedy(report, units)}"
+        return f"{_factors(report)}; to be within tolerance: {_remedy(report, units)}"
     return f"{_factors(report)}: {_cuts(report['corrections'], units) or 'nothing to cut'}"
 
 
