@@ -15,10 +15,13 @@ SOFTWARE_PAGES = "--disable-gpu-compositing"
 """The emulated graphics card draws the 3D views alone and not the pages: a third less work."""
 
 
+SIZE = (1400, 900)
+
+
 @pytest.fixture(scope="session")
 def window(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     with browser(tmp_path_factory.mktemp("profile"), 0.5, SOFTWARE_PAGES) as opened:
-        opened.resize(1400, 900)
+        opened.resize(*SIZE)
         yield opened
 
 
@@ -43,6 +46,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 def page(project: Served, window: Browser) -> Iterator[Browser]:
     """The page as it is loaded on that project, whatever was done on it before."""
     project.ask("/api/job", small.DRILLED, "PUT")
+    window.resize(*SIZE)  # as a test before may have left it
     load(window, project)
     with nothing_wrong(window, project):
         yield window

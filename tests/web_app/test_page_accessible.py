@@ -59,6 +59,7 @@ def test_axe_finds_nothing_on_any_tab(page: Browser, size: tuple[int, int], sche
         assert found_on_tabs(page) == {}
     finally:
         colours(page, "")
+        page.resize(1400, 900)
 
 
 def found_on_tabs(page: Browser) -> dict[str, Any]:
