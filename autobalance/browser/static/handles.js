@@ -45,7 +45,7 @@ function follow() {
   $("handles").hidden = view.mode !== "result" || !hands.length || $("panel-see").hidden;
   $("dragged-root").dataset.away = String($("handles").hidden);
   if ($("handles").hidden) return;
-  const width = $("handles").clientWidth, height = $("handles").clientHeight;
+  const width = $("handles").clientWidth, height = $("handles").clientHeight, wide = (hands[0]?.offsetWidth || 0) + 2; // read before anything moves
   const at = hands.map((hand, place) => {
     const cut = given.cuts[place], { depth, turn } = given.at(place);
     const [x, y, near] = view.placed(floor(cut, depth, turn));
@@ -53,7 +53,7 @@ function follow() {
     hand.hidden = x < 0 || y < 0 || x > width || y > height;
     return { hand, x, y, near };
   });
-  for (const { hand, x, y } of apart(at)) {
+  for (const { hand, x, y } of apart(at, wide)) {
     hand.style.setProperty("left", `${x.toFixed(1)}px`);
     hand.style.setProperty("top", `${y.toFixed(1)}px`);
   }
@@ -62,8 +62,8 @@ function follow() {
 
 // Numbers beside one another: one that would lie over a nearer one goes aside; those that metal hides take no room.
 const TRIES = 12;
-function apart(at) {
-  const wide = (hands[0]?.offsetWidth || 0) + 2, put = [];
+function apart(at, wide) {
+  const put = [];
   const isSeen = ({ hand }) => !hand.hidden && hand.dataset.behind !== "true";
   for (const each of [...at].sort((one, other) => other.near - one.near)) {
     for (let k = 0; isSeen(each) && k < TRIES; k++) {

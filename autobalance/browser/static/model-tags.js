@@ -161,9 +161,10 @@ const APART_PX = 3;
 function follow() {
   turnCube();
   const box = $("model-tags");
-  if (box.children.length !== tags.length || !tags.length || !box.offsetWidth) return;
-  const { clientWidth: width, clientHeight: height } = view.box, seenFrom = `${view.camera.matrixWorld.elements.join()} ${view.camera.zoom} ${width} ${height} ${drawnFor}`;
-  if (seenFrom === looked) return;
+  if (box.children.length !== tags.length || !tags.length) return;
+  const { matrixWorld, zoom, right, top: high } = view.camera, seenFrom = `${matrixWorld.elements.join()} ${zoom} ${right} ${high} ${drawnFor}`;
+  if (seenFrom === looked || !box.offsetWidth) return;
+  const { clientWidth: width, clientHeight: height } = view.box;
   if (!view.turning) { looked = seenFrom; seen(); }
   const taken = [$("cube"), ...document.querySelectorAll("#stage .tools")].map((each) => each.getBoundingClientRect()).filter((each) => each.width), frame = view.box.getBoundingClientRect();
   if (tags.some(({ size }) => !size)) {
