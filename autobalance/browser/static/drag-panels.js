@@ -2,6 +2,7 @@
 import { html } from "/static/preact.min.js";
 import { $, shown, withUnit } from "/static/tools.js";
 import { TURN, TURN_STEP, angleOf, anyElsewhere, anyMoved, asItWas, cuts, drill, dragged, isMoved, redo, set, someAlike, steps, trial, undo } from "/static/drag.js";
+import { isAdded } from "/static/cuts.js";
 import { most } from "/static/handles.js";
 import { Predicted } from "/static/measured.js";
 import { mount, redraw } from "/static/store.js";
@@ -48,7 +49,7 @@ function Left({ id }) {
 
 // Angle, depth and drill of every cut that was moved.
 function Moved() {
-  return cuts().flatMap((cut, place) => (isMoved(place) ? [html`<dt>${t("Cut {number}", { number: cut.number })}</dt><dd>${angleText(angleOf(place))} ${sign()}, ${withUnit(dragged.depths[place], 2, "mm")} ${t("deep")}${cut.drills.length > 1 ? `, ⌀ ${withUnit(dragged.diameters[place], 2, "mm")}` : ""}</dd>`] : []));
+  return cuts().flatMap((cut, place) => (isMoved(place) ? [html`<dt>${t("Cut {number}", { number: cut.number })}</dt><dd>${angleText(angleOf(place))} ${sign()}, ${withUnit(dragged.depths[place], 2, "mm")} ${isAdded(cut) ? t("high") : t("deep")}${cut.drills.length > 1 ? `, ⌀ ${withUnit(dragged.diameters[place], 2, "mm")}` : ""}</dd>`] : []));
 }
 
 // --- beside the model -----------------------------------------------------------------------------------------
@@ -63,7 +64,7 @@ export function Panel() {
 function Sliders({ cut, place }) {
   const top = most(cut), depth = dragged.depths[place], turn = dragged.turns[place];
   return html`<fieldset class="drag"><legend>${cut.number}. ${cut.label}</legend>
-    <${Slider} words=${t("Depth")} label=${`${t("Depth of cut {number}", { number: cut.number })} [mm]`} min=${0} max=${top} step=${cut.depth_step_mm || top / 400} value=${depth} says=${withUnit(depth, 2, "mm")} change=${(value) => set(place, value, dragged.turns[place])}/>
+    <${Slider} words=${isAdded(cut) ? t("Height") : t("Depth")} label=${`${isAdded(cut) ? t("Height of cut {number}", { number: cut.number }) : t("Depth of cut {number}", { number: cut.number })} [mm]`} min=${0} max=${top} step=${cut.depth_step_mm || top / 400} value=${depth} says=${withUnit(depth, 2, "mm")} change=${(value) => set(place, value, dragged.turns[place])}/>
     ${cut.may_turn ? html`<${Slider} words=${t("Turn about the axis")} label=${`${t("Turn cut {number} about the axis", { number: cut.number })} [°]`} min=${-TURN} max=${TURN} step=${TURN_STEP} value=${turn} says=${`${shown(turn, 1)}°`} change=${(value) => set(place, dragged.depths[place], value)}/>` : ""}
     ${cut.drills.length > 1 ? html`<${Drill} place=${place} id=${`drill-${cut.number}`}/>` : ""}</fieldset>`;
 }
