@@ -133,8 +133,15 @@ class _Corners:
             for begin in range(0, len(radii), rows):
                 few = slice(begin, begin + rows)
                 (at_x, at_y), radius = centres[few].T[:, :, None], radii[few, None]
-                off = np.sqrt((x - at_x) ** 2 + (y - at_y) ** 2) - radius
-                covers[few] = _cover(off, self.reach, self.steps, radius, rough_mm)
+                off, across = x - at_x, y - at_y
+                off *= off
+                across *= across
+                off += across
+                np.sqrt(off, out=off)
+                off -= radius
+                np.abs(off, out=off)
+                on = off <= _slack(self.reach[None], radius, rough_mm)
+                covers[few] = _cover(on, self.steps, radius)
         return covers
 
     def near(self, centre: Array, radius: float, rough_mm: float) -> Array:
@@ -256,16 +263,22 @@ def _on_circle(radius: Array | float, rough_mm: float) -> Array | float:
 
 
 def _slack(reach: Array, radius: Array | float, rough_mm: float) -> Array:
-    slack: Array = _on_circle(radius, rough_mm) + np.minimum(reach**2 / (4.0 * radius), CHORD_SHARE * radius)
+    slack: Array = reach**2 / (4.0 * radius)
+    np.minimum(slack, CHORD_SHARE * radius, out=slack)
+    slack += _on_circle(radius, rough_mm)
     return slack
 
 
-def _cover(off: Array, reach: Array, step: Array, radius: Array, rough_mm: float) -> Array:
-    """Return for each circle (rows) the share of the full angle that the outline follows."""
-    on = np.abs(off) <= _slack(reach[None], radius, rough_mm)
-    along = on & np.hstack([on[:, 1:], on[:, :1]]) & (step[None] <= LONGEST_STEP * radius)
+def _cover(on: NDArray[np.bool_], step: Array, radius: Array) -> Array:
+    """Return for each circle (rows) the share of the full angle that corners on it follow."""
+    along = on.copy()
+    along[:, :-1] &= on[:, 1:]
+    along[:, -1] &= on[:, 0]
+    if not float(step.max()) <= LONGEST_STEP * float(radius.min()):
+        along &= step[None] <= LONGEST_STEP * radius
     half = np.arcsin(step[None] / (2.0 * radius), where=along, out=np.zeros(along.shape))
-    share: Array = (2.0 * half).sum(axis=1) / (2.0 * math.pi)
+    half *= 2.0
+    share: Array = half.sum(axis=1) / (2.0 * math.pi)
     return share
 
 
