@@ -420,7 +420,11 @@ def _drop_false(
     held = np.bincount(face, volume, look.count)
     faces = np.flatnonzero((held > 0.0) & (surface_of >= 0))
     number = surface_of.take(faces)
-    thick = held[faces] > MAX_SAG_WIDTH_RATIO * look.area_mm2[faces] * look.reach_mm(faces) + 1e-300
+    held, area = held.take(faces), MAX_SAG_WIDTH_RATIO * look.area_mm2.take(faces)
+    thick = (
+        held > area * np.sqrt(look.area_mm2.take(faces)) + 1e-300
+    )  # no face reaches less than the root of its area
+    thick[thick] = held[thick] > area[thick] * look.reach_mm(faces[thick]) + 1e-300
     whole = np.array([one.spread == (0.0, 0.0) for one in lenses])
     some = faces[whole[number]]
     at_stake = look.at_stake.take(some) if whole.all() else look.part(some).at_stake

@@ -195,11 +195,13 @@ class Look:
         mesh = Mesh(self.mesh.vertices[used], triangles)
         doubled = self.doubled.take(rows, axis=0)
         mesh.__dict__.update(bounds=self.mesh.bounds, _areas=(doubled, self.mesh.doubled_areas.take(rows)))
-        left, right = triangle.take(self.edges.left), triangle.take(self.edges.right)
-        within = np.flatnonzero((left >= 0) & (right >= 0))
+        among = triangle >= 0
+        within = np.flatnonzero(among.take(self.edges.left))
+        within = within.take(np.flatnonzero(among.take(self.edges.right.take(within))))
+        left, right = (triangle.take(side.take(within)) for side in (self.edges.left, self.edges.right))
         ends = (np.cumsum(used) - 1).take(self.edges.ends.take(within, axis=0))
         angle, flat = self.edges.angle_rad.take(within), self.edges.flat.take(within)
-        edges = Edges(left.take(within), right.take(within), ends, angle, flat)
+        edges = Edges(left, right, ends, angle, flat)
         is_smooth = np.zeros(len(self.edges.left), dtype=bool)
         is_smooth[self.smooth] = True
         smooth = np.flatnonzero(is_smooth.take(within))

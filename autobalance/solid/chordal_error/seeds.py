@@ -46,6 +46,8 @@ where an oil hole opens into a pin's bore of four times its width."""
 PARTED_SAGS = 1.5
 """Depth of a facet at most that is assigned to a surface, in sags of the surface's deepest: a flat that is
 milled on a shaft has its corners on it, too."""
+DEPTHS_MOST = 2000
+"""Facets of a surface whose depths are looked at for its deepest."""
 MAX_AXIAL_COMPONENT = 0.2
 """Part of a facet's direction along the axis of its cylinder, at most."""
 WORTH_SHARE = 0.999
@@ -146,8 +148,9 @@ def adopt_cut_facets(look: Look, surfaces: list[Revolved], surface_of: Indices) 
     deepest: dict[int, float] = {}
     fresh = np.ones(look.count, dtype=bool)
     for _ in range(ADOPTED_IN_A_ROW):
-        both = both[:, ~sure[surface_of[both[0]]]]
-        face, source = both[:, sure[surface_of[both[1]]] & fresh[both[1]]]
+        face, source = both[:, fresh.take(both[1])]
+        kept = sure[surface_of[source]] & ~sure[surface_of[face]]
+        face, source = face[kept], source[kept]
         if len(face) == 0:
             return
         fresh[:] = False
@@ -156,8 +159,7 @@ def adopt_cut_facets(look: Look, surfaces: list[Revolved], surface_of: Indices) 
         for start, size in zip(sets.starts.tolist(), sets.sizes.tolist(), strict=True):
             number, mine = int(pairs[0, start]), pairs[1, start : start + size]
             if number not in deepest:
-                own = look.first_middles(np.flatnonzero(surface_of == number))
-                deepest[number] = float(surfaces[number].off(own).min())
+                deepest[number] = _deepest_mm(look, surfaces[number], np.flatnonzero(surface_of == number))
             mine = mine[_cut_from(look, surfaces[number], deepest[number], mine, tight)]
             np.subtract.at(count, surface_of[mine], 1)  # of no surface: the last
             count[number] += len(mine)
@@ -187,12 +189,18 @@ def adopt_parted_facets(look: Look, surfaces: list[Revolved], surface_of: Indice
         row, corner = look.corners(free)
         off = np.zeros(len(free))
         np.maximum.at(off, row, np.abs(surface.off(corner)))
-        deepest = min(float(surface.off(look.first_middles(mine)).min()), 0.0)
+        deepest = min(_deepest_mm(look, surface, mine), 0.0)
         deep = surface.off(look.first_middles(free)) < PARTED_SAGS * deepest - tight
         some = free[(off <= tight) & ~deep]
         surface_of[some[lies_on(look, surface, some)]] = number
         free = free[surface_of[free] == -1]
     return len(free) < before
+
+
+def _deepest_mm(look: Look, surface: Revolved, faces: Indices) -> float:
+    """Return the height of the deepest middle of faces (k,) over a surface; of very many some count."""
+    some = faces[:: 1 + len(faces) // DEPTHS_MOST]
+    return float(surface.off(look.first_middles(some)).min())
 
 
 def _cut_from(look: Look, surface: Revolved, deepest: float, beside: Indices, tight: float) -> Flags:
