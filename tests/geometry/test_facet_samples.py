@@ -38,8 +38,8 @@ from tests.blunt import BLUNT
 from tests.generated import drawn, true_moments
 from tests.jobs import computed, whole_job
 
-TRUTH_SHARE = 2e-7
-"""Share of the mass that the limit of two tessellations may be off by."""
+TRUTH_SHARE, REACH_MM = 2e-7, 10.0
+"""Share of the mass that the limit of two tessellations may be off by, so far from the axis together."""
 
 
 @lru_cache(maxsize=16)
@@ -84,7 +84,7 @@ def test_the_bar_covers_the_truth(name: str, segments: int, splits: int) -> None
     error = from_samples(mesh, density)
     unsure = TRUTH_SHARE * true_moments(name).mass_g
     assert abs(truth.mass_g - error.missing.mass_g) < error.mass_bar_g + unsure
-    assert math.hypot(*(truth - error.missing).first_g_mm[:2]) < error.unbalance_bar_g_mm + unsure
+    assert math.hypot(*(truth - error.missing).first_g_mm[:2]) < error.unbalance_bar_g_mm + REACH_MM * unsure
     assert error.mass_bar_g < 0.3 * abs(truth.mass_g)
 
 
