@@ -149,3 +149,36 @@ def test_the_big_digits_have_the_zero_in_words_and_are_read_from_afar(shown: Bro
         shown.run("[...document.querySelectorAll('#big-digits button')].pop().click()")
     finally:
         shown.call("POST", "/goog/cdp/execute", {"cmd": command, "params": {"features": []}})
+
+
+def test_a_reading_has_the_angle_that_was_typed_on_the_certificate(shown: Browser, keyed: Served) -> None:
+    runs = keyed.ask("/api/runs").json["runs"]
+    balanced = [each["id"] for each in runs if each["verb"] == "balance"][-1]
+    planes = keyed.ask(f"/api/runs/{balanced}/report").json["tolerance"]["planes"]
+    amounts = [0.5 * plane["permissible_g_mm"] for plane in planes]
+    shown.click_on(at("tab-machine"))
+    put(shown, g_mm_1=amounts[0], angle_1=200, g_mm_2=amounts[1], angle_2=200, umar=0.05)
+    shown.click_on(at("recut"))
+    doubted = "!document.getElementById('trust').hidden"
+    rows = "document.querySelectorAll('#stages tbody tr').length === 2"
+    until(shown, f"return {doubted} || {rows}")
+    if shown.run(f"return {doubted}"):
+        shown.click_on(at("trust"))
+    until(shown, f"return {rows}")
+    run = [each for each in keyed.ask("/api/runs").json["runs"] if each["verb"] == "recut"][-1]
+    try:
+        report = keyed.ask(f"/api/runs/{run['id']}/report").json
+        assert report["corrections"] == []
+        shown.click_on(at("tab-see"))
+        assert "200.0° K↺" in until(shown, "return document.querySelector('.strip')?.textContent")
+        caption = shown.run("return document.getElementById('numbers').caption.textContent")
+        assert caption.startswith("Read on the balancing machine")
+        data = keyed.ask(f"/api/runs/{run['id']}/papers/certificate.pdf").body
+        lines = PdfReader(io.BytesIO(data)).pages[0].extract_text().splitlines()
+        of_planes = [line.split() for line in lines if line.startswith("Plane ")]
+        assert len(of_planes) == 2
+        for line, amount in zip(of_planes, amounts, strict=True):
+            assert line[6:8] == [f"{amount:.2f}", "200.0°"]
+        assert any("from keyway K" in line for line in lines) or "keyway" in " ".join(lines)
+    finally:
+        assert keyed.ask(f"/api/runs/{run['id']}", method="DELETE").status == 200
