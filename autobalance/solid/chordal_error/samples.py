@@ -43,6 +43,10 @@ WORTH_SHARE = 0.01
 """Share of the facets left below which no other sample is taken."""
 GAIN_SHARE = 0.1
 """Share of the facets left that a sample must find surfaces for: those of a free form have none."""
+OWN_MOST = 500
+"""Faces of a surface that are looked at for their depth and for how far off their corners are."""
+LARGE_LEAST = 64
+"""Faces of a surface from which on it takes faces of smaller ones."""
 OF_SAMPLE = 1.5
 """Corners may be off a surface by so many times the median of its facets in the sample."""
 FACETS_FITTED = 60
@@ -79,6 +83,7 @@ def find_in_samples(look: Look, surfaces: list[Revolved], surface_of: Indices) -
         _find(look, left, surfaces, surface_of)
         _fit_again(look, surfaces, surface_of, first)
         _unite(look, surfaces, surface_of)
+        _take_over(look, surfaces, surface_of)
         adopt_cut_facets(look, surfaces, surface_of)
     mine = surface_of >= 0
     used, number = np.unique(surface_of[mine], return_inverse=True)
@@ -122,11 +127,12 @@ class _Carried:
     @classmethod
     def of(cls, look: Look, surface: Revolved, number: int, own: Indices) -> _Carried:
         """Look at the faces ``own`` (k,) of a surface."""
-        row, corner = look.corners(own)
-        off = np.zeros(len(own))
+        some = own[:: 1 + len(own) // OWN_MOST]
+        row, corner = look.corners(some)
+        off = np.zeros(len(some))
         np.maximum.at(off, row, np.abs(surface.off(corner)))
         tight = max(tight_mm(look), OF_SAMPLE * float(np.median(off)))
-        deepest = PARTED_SAGS * min(float(surface.off(look.first_middles(own)).min()), 0.0) - tight
+        deepest = PARTED_SAGS * min(float(surface.off(look.first_middles(some)).min()), 0.0) - tight
         return cls(surface, number, own, deepest, tight)
 
     def holds(self, look: Look, faces: Indices, *, cut: bool) -> Indices:
@@ -324,6 +330,21 @@ def _fit_again(look: Look, surfaces: list[Revolved], surface_of: Indices, first:
     fits = _outer_cylinders(look, corner, which, axis)
     for one in np.flatnonzero(fits.worst_mm <= tight).tolist():
         surfaces[int(numbers[one])] = Revolved(fits.point[one], fits.axis[one], float(fits.radius[one]))
+
+
+def _take_over(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
+    """Assign the faces of small surfaces to large ones on which all their corners lie as well.
+
+    Seventeen pieces of an oil hole's chords were a cone about another axis, with half of the error bar.
+    """
+    count = np.bincount(surface_of[surface_of >= 0], minlength=len(surfaces))
+    small = np.flatnonzero(np.append(count < LARGE_LEAST, False)[surface_of])
+    for number in np.flatnonzero(count >= LARGE_LEAST).tolist():
+        if len(small) == 0:
+            return
+        one = _Carried.of(look, surfaces[number], number, np.flatnonzero(surface_of == number))
+        surface_of[one.holds(look, small, cut=False)] = number
+        small = small[surface_of[small] != number]
 
 
 def _outer_cylinders(look: Look, corner: Array, which: Indices, axis: Array) -> Cylinders:
