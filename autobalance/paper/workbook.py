@@ -361,7 +361,7 @@ def _solid(report: Report, state: str) -> tuple[float, tuple[float, float], tupl
 
 def _corrections(page: Any, formats: Mapping[str, Any], report: Report) -> None:
     """List the corrections, one a row."""
-    heads = ("No", "Kind", "Where", "Depth [mm]", "Diameter [mm]", "Angle [°]", "z [mm]", "Radius of the metal [mm]", "Mass [g]", "Change x [g·mm]", "Change y [g·mm]")  # fmt: skip
+    heads = ("No", "Kind", "Where", "Depth, of a pad height [mm]", "Diameter [mm]", "Angle [°]", "z [mm]", "Radius of the metal [mm]", "Mass off (−: added) [g]", "Change x [g·mm]", "Change y [g·mm]")  # fmt: skip
     page.set_column("A:A", 6)
     page.set_column("B:B", 15)
     page.set_column("C:C", 30, formats["wrapped"])
@@ -372,7 +372,7 @@ def _corrections(page: Any, formats: Mapping[str, Any], report: Report) -> None:
         page.write_number(row, 0, item["number"])
         page.write_string(row, 1, kinds.noun(item))
         page.write_string(row, 2, kinds.place(item), formats["wrapped"])
-        numbers = [item["depth_mm"], item.get("diameter_mm"), kinds.angle_deg(item), item["position_mm"][2], item["radius_mm"], item["removed_mass_g"], *item["unbalance_change_g_mm"]]  # fmt: skip
+        numbers = [abs(item["depth_mm"]), item.get("diameter_mm"), kinds.angle_deg(item), item["position_mm"][2], item["radius_mm"], item["removed_mass_g"], *item["unbalance_change_g_mm"]]  # fmt: skip
         for column, value in enumerate(numbers, 3):
             if value is not None:
                 page.write_number(row, column, value, formats["number"])
