@@ -173,6 +173,23 @@ def test_the_page_of_a_project_with_a_result_is_there_after_few_requests(
     assert len(asked) < 15, "\n".join(asked)
 
 
+PAINTED = """
+const paint = performance.getEntriesByType("paint").find(each => each.name === "first-contentful-paint");
+return paint ? paint.startTime / 1000 : null;
+"""
+FIRST_PAINT_S = 0.4
+
+
+@pytest.mark.timing
+def test_the_page_is_painted_soon(window: Browser, app: Served) -> None:
+    """The best of three: the machine may be busy."""
+    painted = []
+    for _ in range(3):
+        load(window, app)
+        painted.append(until(window, PAINTED))
+    assert min(painted) < FIRST_PAINT_S
+
+
 DRAG = """
 const [kind, path, related] = arguments, dataTransfer = new DataTransfer();
 dataTransfer.items.add(new File([window.dropped || "solid"], "dropped.stl"));
