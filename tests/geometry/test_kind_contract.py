@@ -211,7 +211,8 @@ def test_what_is_told_is_complete_and_valid(bench: Bench, name: str) -> None:
             angle, z, radius, depth = row[4], row[7], row[6], row[9]
             assert "–" not in (z, radius, depth)
             assert (angle == "–") == kind.is_round_the_rim
-        assert kinds.datums([item, item]) == [f"{kind.noun}: depth from {kind.datum}."]
+        size = "height" if kind.adds_metal else "depth"
+        assert kinds.datums([item, item]) == [f"{kind.noun}: {size} from {kind.datum}."]
         assert kind.size(item)
         assert cut.label
         assert cut.limit

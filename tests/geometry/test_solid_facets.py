@@ -212,7 +212,8 @@ def test_facets_that_were_split_hide_the_same(name: str) -> None:
     truth = true_moments(name) - solid.moments(density)
     assert split.surfaces == whole.surfaces
     assert split.missing.mass_g == pytest.approx(whole.missing.mass_g, rel=2e-3)
-    assert split.mass_bar_g == pytest.approx(whole.mass_bar_g, rel=0.02)
+    # Four times as many triangles on a surface are integrated in part; their spread counts.
+    assert 0.98 * whole.mass_bar_g < split.mass_bar_g < 1.15 * whole.mass_bar_g
     assert abs(truth.mass_g - split.missing.mass_g) < split.mass_bar_g
 
 

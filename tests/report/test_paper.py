@@ -112,7 +112,7 @@ def test_one_line_a_cut_holds_every_number(case: tuple[Any, ...]) -> None:
         comes = item["kind"] == "add"
         depth, mass = item["depth_mm"], item["removed_mass_g"]
         wanted = [
-            item["kind"],
+            "Pad" if comes else item["kind"],
             f"web {item['web']}",
             written(item.get("entry_radius_mm", item["radius_mm"]), units, "place"),
             written(item["z_mm"], units, "place"),

@@ -47,10 +47,19 @@ def test_results_stand_under_their_crank_and_any_two_side_by_side(window: Browse
     had_back(page, app, runs)
 
 
+REDRAWN = """
+window.isRedrawn = false;
+import("/static/store.js").then(store => { store.redrawNow(); window.isRedrawn = true; });
+"""
+
+
 def test_a_crank_has_the_name_that_its_user_gives_it(page: Browser, project: Served, tmp_path: Path) -> None:
     def named(name: str) -> None:
         page.click_on(at("tab-open"))
         put(page, crank_called=name)
+        page.run(REDRAWN)  # as what was measured meanwhile does
+        until(page, "return window.isRedrawn")
+        assert page.run("return document.getElementById('crank-called').value") == name
         page.run("document.getElementById('crank-called').dispatchEvent(new Event('change'))")
         until(
             page, "return document.getElementById('crank-name').textContent === arguments[0]", name or "small"

@@ -211,11 +211,13 @@ function Open() {
 }
 
 // What the crank is called: at first as its file; the names of its papers begin with it.
-const rename = guarded(async ({ target }) => { state.cranks = (await put("/api/cranks", { file: state.file, name: target.value })).cranks; redraw(); });
+const naming = signal(null); // a name while it is typed: what redraws the panel meanwhile leaves it
+const rename = guarded(async ({ target }) => { state.cranks = (await put("/api/cranks", { file: state.file, name: target.value })).cranks; naming.value = null; redraw(); });
+const typedName = () => (naming.value?.file === state.file ? naming.value.name : crankName(state.file));
 const toAnother = () => { $("other-crank").open = true; $("other-crank").scrollIntoView(); };
 function Name() {
   if (!state.file || coming.value) return html`<h2>${coming.value || state.file}</h2>`;
-  return html`<label class="named">${t("Name of the crank")} <input id="crank-called" data-testid="crank-called" maxlength="80" value=${crankName(state.file)} onChange=${rename}/><small class="quiet">${t("File: {file}", { file: state.file })}</small></label><p class="buttons tight"><button type="button" class="small" data-testid="to-another" onClick=${toAnother}>${t("Another crank")}</button></p><${Scaled} file=${state.file}/>`;
+  return html`<label class="named">${t("Name of the crank")} <input id="crank-called" data-testid="crank-called" maxlength="80" value=${typedName()} onInput=${({ target }) => { naming.value = { file: state.file, name: target.value }; }} onChange=${rename}/><small class="quiet">${t("File: {file}", { file: state.file })}</small></label><p class="buttons tight"><button type="button" class="small" data-testid="to-another" onClick=${toAnother}>${t("Another crank")}</button></p><${Scaled} file=${state.file}/>`;
 }
 // Where a crank's solid comes from, if its file was scaled.
 export function Scaled({ file }) {
