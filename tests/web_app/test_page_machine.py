@@ -95,6 +95,19 @@ def test_a_reading_makes_a_stage_with_what_was_read_expected_and_left(window: Br
             assert page.run(cut_off) <= 0
         finally:
             page.resize(1400, 900)
+        page.run("document.getElementById('big-digits').close()")
+        moves_no_verdict(page)
+
+
+def moves_no_verdict(page: Browser) -> None:
+    """A cut that is moved after a reading is a prediction: the line at the foot says so and takes it back."""
+    page.click_on(at("tab-see"))
+    says = "document.querySelector('[data-testid=state-line]').textContent"
+    verdict = page.run(f"return {says}")
+    page.press(".handle", 5 * "\ue013")
+    until(page, f"return {says}.startsWith('Moved by hand, not cut yet')")
+    page.click_on("#line-as-it-was")
+    until(page, f"return {says} === arguments[0]", verdict)
 
 
 CUT = "return document.querySelector('#big-digits .big-cut')?.dataset.cut"

@@ -10,7 +10,7 @@ import { coming } from "/static/files.js";
 import { kindWords, plannedSays } from "/static/kind-cards.js";
 import { doubts, isRefused, reading } from "/static/open.js";
 import { preview } from "/static/parts.js";
-import { anyMoved, dragged, trial } from "/static/drag.js";
+import { anyMoved, asItWas, dragged, trial } from "/static/drag.js";
 import { draggedPolars, previewPolars, resultPolars } from "/static/polar.js";
 import { isStart } from "/static/start.js";
 import { Cancel, cutting, doing, results, running } from "/static/runs.js";
@@ -103,8 +103,8 @@ const LINES = {
     const found = judged(), run = cutting();
     if (run) return { tone: "work", words: t("Cutting and measuring"), says: `${doing(run.words)}, ${Math.round(100 * run.share)} %`, cancel: true };
     if (!found) return { tone: "plain", words: t("No result yet"), says: t("Plan the cuts, then cut and measure."), main: { words: `${t("Plan the cuts")} ${NEXT}`, work: to("correct") } };
-    const isStale = found.tone === "stale", isMoved = anyMoved() && dragged.left && dragged.verb === "balance";
-    if (isMoved) return { tone: dragged.left.worst_share <= 1 ? "warn" : "bad", words: t("Moved by hand, not cut yet"), says: t("Predicted: {left} of what is permitted.", { left: `${shown(100 * dragged.left.worst_share, 0)} %` }), bars: predictedBars(), main: { id: "line-cut-moved", words: t("Cut and measure"), work: trial } };
+    const isStale = found.tone === "stale", isMoved = anyMoved() && dragged.left;
+    if (isMoved) return { tone: dragged.left.worst_share <= 1 ? "warn" : "bad", words: t("Moved by hand, not cut yet"), says: t("Predicted: {left} of what is permitted.", { left: `${shown(100 * dragged.left.worst_share, 0)} %` }), bars: predictedBars(), main: dragged.verb === "balance" ? { id: "line-cut-moved", words: t("Cut and measure"), work: trial } : { id: "line-as-it-was", words: t("Reset"), work: asItWas } };
     return { ...found, says: isStale ? t("The job has changed since then.") : found.says, bars: planeBars(), main: isStale ? { id: "line-cut-again", words: t("Cut again"), work: () => balance() } : { words: `${t("To the machine")} ${NEXT}`, work: to("machine") } };
   },
   machine: () => {
