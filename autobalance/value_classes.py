@@ -49,7 +49,7 @@ else:
 
 @cache
 def _parameters(options: Options) -> Any:
-    """Return what the standard library keeps of the options, to tell what may derive from a class."""
+    """Return the standard library's record of the options, which tells what may derive from a class."""
     bare: Any = dataclasses.dataclass(**options._asdict())(type("Bare", (), {}))
     return bare.__dataclass_params__
 
@@ -107,7 +107,7 @@ def _compared_by(cls: type[Any], values: Callable[[Any], tuple[Any, ...]], is_fr
 
 
 def _frozen(cls: type[Any], names: frozenset[str]) -> dict[str, Any]:
-    """Return what refuses to change a field; a class derived from it may have attributes besides."""
+    """Return the methods that refuse to change a field; a derived class may have attributes besides."""
 
     def __setattr__(self: Any, name: str, value: object) -> None:  # noqa: N807
         if type(self) is cls or name in names:

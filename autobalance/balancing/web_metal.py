@@ -264,7 +264,7 @@ def _pairs(axes: Array, triangles: Indices, columns: Array) -> Iterator[tuple[In
 
 
 def _between(places: Array, low: Array, high: Array) -> tuple[Indices, Indices]:
-    """Return where, among rising places, those of intervals (m,) begin and end; ends are of them."""
+    """Return the indices, among rising places, at which intervals (m,) begin and end, ends included."""
     return np.searchsorted(places, low), np.searchsorted(places, high, side="right")
 
 

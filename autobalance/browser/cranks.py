@@ -61,7 +61,7 @@ def known_cranks(project: Project) -> dict[str, KnownCrank]:
 def saved_name(project: Project, told: Mapping[str, Any], name: str) -> str:
     """Return the name under which a file of a run is saved: of its crank, from the second stage on its stage.
 
-    Two cranks, or two stages of one, in the same folder of downloads are told apart by it.
+    It differs between two cranks, and two stages of one, in the same folder of downloads.
     """
     crank = told["crank"] or ""
     called = known_cranks(project).get(crank, KnownCrank()).name or Path(crank).stem

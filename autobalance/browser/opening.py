@@ -181,7 +181,7 @@ def job_of_crank(project: Project, crank: str) -> dict[str, Any] | None:
 
 
 def crank_of(tables: Mapping[str, Any]) -> str | None:
-    """Return the file of a job's crank; None if it has none."""
+    """Return the file of a job's crank; None if the job names no file."""
     table = tables.get("crankshaft")  # as it was typed
     file = table.get("file") if isinstance(table, dict) else None
     return str(file) if file else None

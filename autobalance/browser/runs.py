@@ -256,7 +256,7 @@ class Runs:
     def _state(self, run: Run, jobs: dict[str | None, dict[str, Any] | None]) -> dict[str, Any]:
         """Return a run as the page has it; ``changes`` are the later differences of its crank's own job.
 
-        ``jobs`` are those of the cranks that were asked for, and take in this one's.
+        ``jobs`` are the jobs of cranks that were read so far; this one's is added.
         """
         made_of = self._made_of(run)
         crank = None if made_of is None else crank_of(made_of)

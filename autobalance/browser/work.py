@@ -409,7 +409,7 @@ def _sheet(_: Asked, place: Place, _notify: Progress) -> int:
 
 
 ASIDE: dict[str, Callable[[Asked, Place, Progress], int]] = {"sheet": _sheet}
-"""Commands that the server itself runs on a result: no runs of their own."""
+"""Commands that the server itself runs on a result: they are not runs."""
 VERBS: dict[str, Callable[[Asked, Place, Progress], int]] = {
     "inspect": _inspect,
     "scale": _scale,

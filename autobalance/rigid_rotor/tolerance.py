@@ -138,7 +138,7 @@ def share_between_planes(
 class TolerancePlane:
     """Tolerance plane and its share of the permissible value: the residual is judged in it.
 
-    It is no correction plane.
+    It is not a correction plane.
     """
 
     name: Literal["A", "B"]

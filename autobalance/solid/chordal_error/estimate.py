@@ -249,7 +249,7 @@ def _lenses(
 ) -> list[Lens]:
     """Integrate between the facets and their surfaces; release the faces of false ones.
 
-    Lenses ``before``, with the surface (count,) of each face then, are kept where no face has changed.
+    Lenses ``before``, with the surface (count,) of each face then, are kept if no face has changed.
     """
     new = np.zeros(len(surfaces) + 2, dtype=bool)
     new[0 if before is None else len(before[1]) : len(surfaces)] = True

@@ -42,7 +42,7 @@ WHOLE_FACETS = 4000
 WORTH_SHARE = 0.01
 """Share of the facets left below which no other sample is taken."""
 GAIN_SHARE = 0.1
-"""Share of the facets left that a sample must find surfaces for: those of a free form have none."""
+"""Share of the facets left that a sample must find surfaces for: a free form has no surface of revolution."""
 OWN_MOST = 500
 """Faces of a surface that are looked at for their depth and for how far off their corners are."""
 LARGE_LEAST = 64
@@ -159,7 +159,7 @@ class _Pieces:
     chord : (count,) bool
         Marks the faces that may be chords: small, and smooth neighbours of no more than a chord has.
     pairs : (2, n) int
-        Those of them that meet smoothly.
+        Pairs of these faces that meet smoothly.
     faces : (k,) int
         The faces, piece by piece; ``piece`` (count,) is the piece of each, ``starts`` where each begins.
     """
@@ -296,7 +296,7 @@ def _groups(
 def _unite(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
     """Assign the faces of pieces of a cylinder to the largest of them, where they lie on it as well.
 
-    A few facets that holes cut off lie on a cylinder of their own, with their corners on its chords.
+    A few facets that holes cut off lie on a separate cylinder, with their corners on its chords.
     """
     group, leaders = _groups(surfaces, surface_of)
     member = np.full(len(surfaces) + 1, -1)  # the last is none

@@ -341,8 +341,8 @@ class Solid:
     def _taken_out(self, part: Mesh, volume_mm3: float) -> Solid | None:
         """Return a connected body of this one, by its mesh and volume, None where it cannot be had alone.
 
-        Where it cannot be built anew, it is looked for among the few bodies around it: of thousands of
-        flakes each takes as long as all of the solid, together two minutes of a tessellated V6.
+        If it cannot be built again, it is sought among the few bodies around it. Of thousands of flakes each
+        would take as long as all of the solid, together two minutes of a tessellated V6.
         """
         alone = self._whole(part, volume_mm3)
         if alone is not None:

@@ -275,7 +275,7 @@ class Slab:
         return corners
 
     def _on_side(self, rows: Indices, side: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Mark the triangles (k,) whose corners all lie on a side of the axis, and those with none there."""
+        """Mark the triangles (k,) with all corners on a side of the axis, and those without one there."""
         over = side[0] * self._axes[0] + side[1] * self._axes[1] >= 0.0
         a, b, c = over.take(self.triangles.take(rows, axis=0).T)
         return a & b & c, ~(a | b | c)
