@@ -49,8 +49,9 @@ LARGE_LEAST = 64
 """Faces of a surface from which on it takes faces of smaller ones."""
 OF_SAMPLE = 1.5
 """Corners may be off a surface by so many times the median of its facets in the sample."""
-FACETS_FITTED = 60
-"""Facets of a cylinder that it is fitted to again, spread over all."""
+FACETS_FITTED = 600
+"""Facets of a cylinder that it is fitted to again, spread over all. By 60 a crankpin of a V12 with 384
+segments was 1e-4 mm off in radius, and the bar 40 times as wide."""
 FINE_SHARE = 0.125
 """Share of the rounding of corners beyond which they may lie on a chord that a hole or a keyway cuts."""
 TRIMS, OUTER_LEAST = 6, 0.5
