@@ -32,10 +32,13 @@ def facet_entry(
 
     if facets is None:
         return None
-    before = correction.part(facets.missing)
-    added = record.HiddenMetalAdded(
-        before=record.HiddenMetal.of(before), after=record.HiddenMetal.of(before if after is None else after)
-    )
+    added = None
+    if correction.mass:
+        before = correction.part(facets.missing)
+        left = before if after is None else after
+        added = record.HiddenMetalAdded(
+            before=record.HiddenMetal.of(before), after=record.HiddenMetal.of(left)
+        )
     return record.FacetError(
         mass_g=facets.missing.mass_g,
         unbalance_g_mm=facets.unbalance_g_mm,
@@ -44,7 +47,7 @@ def facet_entry(
         sag_mm=facets.sag_mm,
         correction=correction.verdict,
         reason=correction.reason,
-        added=added if correction.mass else None,
+        added=added,
         too_coarse=finer,
     )
 

@@ -196,9 +196,8 @@ def holds_crankpins(anatomy: Anatomy, solid: Solid) -> bool:
 
     Told from its section there: a boolean would build the body, a second for a million triangles.
     """
-    pin, frame = anatomy.throws[0].crankpin, anatomy.file_to_rotor
-    placed = solid.mesh.vertices @ frame[:3, :3].T + frame[:3, 3]
-    (outlines,) = cross_sections(placed, solid.mesh.triangles, pin.centre_mm[2:])
+    pin, placed = anatomy.throws[0].crankpin, solid.mesh.moved(anatomy.file_to_rotor)
+    (outlines,) = cross_sections(placed.vertices, placed.triangles, pin.centre_mm[2:])
     half = 0.5 * pin.diameter_mm
     x, y, _ = pin.centre_mm
     place = Region.rectangle((x - half, y - half), (x + half, y + half))

@@ -138,11 +138,15 @@ class CrankNames:
             Route("/api/cranks/picture", self.keep_picture, methods=["PUT"]),
         ]
 
+    @property
+    def _pictures(self) -> Path:
+        return self._project.folder / APP_FOLDER / PICTURES
+
     def told(self) -> dict[str, dict[str, str | float]]:
         """Return the facts about the cranks, as the page has them; ``picture`` changes with the picture."""
         pictured = {
             path.name.removesuffix(".png"): float(path.stat().st_mtime_ns)
-            for path in (self._project.folder / APP_FOLDER / PICTURES).glob("*.png")
+            for path in self._pictures.glob("*.png")
         }
         here = {name: KnownCrank() for name in pictured if self._project.file(name) is not None}
         known = here | known_cranks(self._project)
@@ -151,7 +155,7 @@ class CrankNames:
     async def picture(self, request: Request) -> Response:
         """Give the small picture of a crank."""
         file = request.query_params.get("file", "")
-        path = self._project.folder / APP_FOLDER / PICTURES / f"{file}.png"
+        path = self._pictures / f"{file}.png"
         return file_of(path if self._project.file(file) is not None and path.is_file() else None)
 
     async def keep_picture(self, request: Request) -> Response:
@@ -166,7 +170,7 @@ class CrankNames:
                 return refused(f"a picture must have at most {LARGEST_PICTURE} bytes", 413)
         if not data.startswith(PNG):
             return refused("the body must be a PNG", 400)
-        (self._project.folder / APP_FOLDER / PICTURES).mkdir(parents=True, exist_ok=True)
+        self._pictures.mkdir(parents=True, exist_ok=True)
         self._project.write_bytes(f"{APP_FOLDER}/{PICTURES}/{file}.png", data)
         return JSONResponse({"cranks": self.told()})
 

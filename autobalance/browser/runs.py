@@ -196,10 +196,7 @@ class Runs:
     def _aside(self, verb: str, run_id: str) -> None:
         """Run a command on a result in a separate process, with a limit to its memory, to its end."""
         self._load()
-        ours, theirs = self._context.Pipe(duplex=False)
-        asked: dict[str, Any] = {}
-        arguments = (verb, asked, self._folders(run_id), self._memory_mb, theirs)
-        process = self._context.Process(target=work, args=arguments, daemon=True)
+        process, ours, theirs = self._process(verb, {}, run_id)
         process.start()
         theirs.close()
         with contextlib.suppress(EOFError, OSError):
@@ -207,10 +204,15 @@ class Runs:
                 pass
         process.join()
 
-    def _folders(self, run_id: str) -> tuple[str, ...]:
+    def _process(
+        self, verb: str, asked: dict[str, Any], run_id: str
+    ) -> tuple[BaseProcess, Connection, Connection]:
+        """Return a process that is not started, and the two ends of its pipe: ours and its own."""
+        ours, theirs = self._context.Pipe(duplex=False)
         project = self._project
         places = (project.folder, project.run_folder(run_id), project.own_folder(run_id))
-        return tuple(map(str, places))
+        arguments = (verb, asked, tuple(map(str, places)), self._memory_mb, theirs)
+        return self._context.Process(target=work, args=arguments, daemon=True), ours, theirs
 
     def prepare(self) -> None:
         """Load the modules of runs before the first is requested."""
@@ -290,9 +292,7 @@ class Runs:
                     return
                 run.state, run.words = "running", "starting"
             self._load()
-            ours, theirs = self._context.Pipe(duplex=False)
-            arguments = (run.verb, run.asked, self._folders(run.id), self._memory_mb, theirs)
-            process = self._context.Process(target=work, args=arguments, daemon=True)
+            process, ours, theirs = self._process(run.verb, run.asked, run.id)
             with self._lock:
                 if run.state != "running":
                     return

@@ -180,6 +180,16 @@ class Kind(ABC, Generic[L]):
     settings: ClassVar[tuple[str, ...]] = ()
     described_by: ClassVar[tuple[str, ...]] = ()
 
+    @property
+    def piece(self) -> str:
+        """Word for one of its corrections: ``cut`` or ``pad``."""
+        return "pad" if self.adds_metal else "cut"
+
+    @property
+    def extent(self) -> str:
+        """Word for the size of one along its direction: ``depth`` or ``height``."""
+        return "height" if self.adds_metal else "depth"
+
     # --- cuts -------------------------------------------------------------------------------------------
 
     @abstractmethod

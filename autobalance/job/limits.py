@@ -123,7 +123,7 @@ def _table_of(name: str, with_keys: bool) -> Key:
     kind = KINDS[name]
     return Key(
         name,
-        says=f"{kind.noun.lower()}; {'heights' if kind.adds_metal else 'depths'} count from {kind.datum}",
+        says=f"{kind.noun.lower()}; {kind.extent}s count from {kind.datum}",
         keys=_keys_of(kind.limits) if with_keys else (),
         default=None,
     )

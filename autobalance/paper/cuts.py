@@ -155,25 +155,27 @@ def cut_table(
     items: Sequence[Item], u: DisplayUnits, wide_mm: float, zero: Zero, done: Mapping[int, str]
 ) -> Flowable:
     """Return a table of every cut, angles in both senses, depths with and without the point."""
-    columns = [Column("No", 7.5), *cut_columns(u, zero), *_done_column(done)]
-    return table(wide_mm, columns, [[*cut_row(item, u, zero), *_done(item, done)] for item in items])
+    return table(wide_mm, *_columns_and_rows(items, u, zero, done))
 
 
-def _done_column(done: Mapping[int, str]) -> list[Column]:
-    return [Column("done", 19.0)] if done else []
-
-
-def _done(item: Item, done: Mapping[int, str]) -> list[str]:
-    """Return the time at which a cut was done; empty while it is not, nothing where none is."""
-    return [done.get(int(item["number"]), "")] if done else []
+def _columns_and_rows(
+    items: Sequence[Item], u: DisplayUnits, zero: Zero, done: Mapping[int, str]
+) -> tuple[list[Column], list[list[str]]]:
+    """Return the columns of cuts or pads and a row for each; with the time of those done, if any is."""
+    columns = [Column("No", 7.5), *cut_columns(u, zero)]
+    rows = [cut_row(item, u, zero) for item in items]
+    if done:
+        columns.append(Column("done", 19.0))
+        for row, item in zip(rows, items, strict=True):
+            row.append(done.get(int(item["number"]), ""))
+    return columns, rows
 
 
 def pad_table(
     items: Sequence[Item], u: DisplayUnits, wide_mm: float, zero: Zero, done: Mapping[int, str]
 ) -> Flowable:
     """Return a table of every pad: as for cuts, with a height, without tool and point."""
-    columns = [Column("No", 7.5), *cut_columns(u, zero), *_done_column(done)]
-    rows = [[*cut_row(item, u, zero), *_done(item, done)] for item in items]
+    columns, rows = _columns_and_rows(items, u, zero, done)
     of_tools = [f"diameter\n{u.length}", f"with point\n{u.length}"]
     shown = [k for k, column in enumerate(columns) if column.title not in of_tools]
     titles = {"cut": "pad", f"depth\n{u.length}": f"height\n{u.length}"}

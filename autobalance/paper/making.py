@@ -100,7 +100,7 @@ def _making(run: Sequence[Item], zero: Zero, cheeks: Mapping[int, Cheek], u: Dis
     angles = [kinds.angle_deg(each) for each in run]
     known = [zero.ccw(angle) for angle in angles if angle is not None]
     what = _instruction(zero.counted(item), u)
-    label, ccw, cw = f"{'pad' if kinds.adds_metal(item) else 'cut'} {item['number']}", NO_VALUE, NO_VALUE
+    label, ccw, cw = f"{kinds.piece(item)} {item['number']}", NO_VALUE, NO_VALUE
     if known:
         ccw, cw = degrees(known[0]), degrees(-known[0])
     alone, first = len(run) == 1, (ccw, cw)

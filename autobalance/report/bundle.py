@@ -16,11 +16,7 @@ ZEROS = ("keyway", "crankpin")
 
 
 def choice_of(
-    only: Collection[str] | None,
-    paper: str,
-    units: str,
-    date: str | None = None,
-    zero: str = "keyway",
+    only: Collection[str] | None, paper: str, units: str, date: str | None = None, zero: str = "keyway"
 ) -> Choice:
     """Return a checked choice: ``only`` None for the usual kinds, ``date`` None for today.
 

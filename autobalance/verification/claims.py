@@ -137,8 +137,8 @@ class Claims:
         try:
             return decoded(of, self.values if path is None else self.get(path, dict))
         except ValueError as error:
-            place = self.path("").rstrip(".") if path is None else self.path(path)
-            raise FormatError(f"{self.name}: {f'{place}{error}'.lstrip('.')}") from None
+            place = self.path(f"{path or ''}{error}".lstrip("."))
+            raise FormatError(f"{self.name}: {place}") from None
 
     def entries(self, path: str, count: int | None = None) -> list[Claims]:
         """Return the entries of a list of objects, each to be checked by itself.

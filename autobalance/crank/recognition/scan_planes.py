@@ -150,7 +150,6 @@ class FittedCrank:
     line: Fit
     journals: tuple[RoughCylinder, ...]
     pins: tuple[RoughCylinder, ...]
-    covered: Sequence[float]
     axis_at: Sequence[Array]
     planes: Sequence[tuple[RoughPlane, float]]
     noise: Noise

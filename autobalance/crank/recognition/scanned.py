@@ -166,12 +166,12 @@ def fitted_crank(
     line = fit_line(regions, [(cylinder.run.centre, cylinder.run.radius) for cylinder in journals])
     axis_at = [_on_line(line, cylinder.run.z_mid) for cylinder in (*journals, *pins)]
     sides = [-1.0 if layout.bored else 1.0] * len(journals) + [-1.0 if layout.lone_bores else 1.0] * len(pins)
+    held = [*journals, *([] if in_gaps else pins)]
     covered = [
         covered_share(rough, long, normals, each.run, slack, side)
-        for each, side in zip((*journals, *pins), sides, strict=True)
+        for each, side in zip(held, sides[: len(held)], strict=True)
     ]
-    held = [*journals, *([] if in_gaps else pins)]
-    _refuse_uncovered(held, len(journals), covered[: len(held)])
+    _refuse_uncovered(held, len(journals), covered)
     planes = rough_planes(
         rough.mesh, long.vertices, normals, rough.at_vertex, min(rough.local_mm, CREDIBLE_MM)
     )
@@ -200,9 +200,7 @@ def fitted_crank(
         other_axis=None if layout.other_axis is None else pins[0].run,  # it may be the shaft's
     )
     anatomy = finish(long, fitted)
-    measured = FittedCrank(
-        long, line, tuple(journals), tuple(pins), covered, axis_at, sure, noise, rough.edge_mm
-    )
+    measured = FittedCrank(long, line, tuple(journals), tuple(pins), axis_at, sure, noise, rough.edge_mm)
     anatomy, webs = with_rims(anatomy, rough, normals, measured)
     anatomy = with_certain_datums(anatomy, rough, measured)
     return replace(anatomy, scan=scan_fit(measured, webs))

@@ -9,7 +9,7 @@ from itertools import groupby
 from typing import Any
 
 from autobalance.quantities import Text, g, joined, said
-from autobalance.report.balance.kinds import adds_metal, apart, verb
+from autobalance.report.balance.kinds import apart, piece, verb
 from autobalance.report.display_units import DisplayUnits, in_units
 from autobalance.types import Values
 from autobalance.wording import is_unproven, listed_numbers, outcome_of, worst_judged
@@ -119,8 +119,7 @@ def _cuts_alike(alike: Sequence[Values], units: DisplayUnits) -> str:
     depths = sorted(abs(each["depth_mm"]) for each in alike)
     first, last = units.of_size(depths[0]), units.of_size(depths[-1])
     depth = first if first == last else f"{first.partition(' ')[0]} to {last}"
-    noun = "pads" if adds_metal(alike[0]) else "cuts"
-    count = f", {len(alike)} {noun} of {depth}" if len(alike) > 1 else f", {depth}"
+    count = f", {len(alike)} {piece(alike[0])}s of {depth}" if len(alike) > 1 else f", {depth}"
     return f"{verb(alike[0])}{tool}{place}{count}"
 
 

@@ -26,6 +26,16 @@ def adds_metal(item: Item) -> bool:
     return KINDS[item["kind"]].adds_metal
 
 
+def piece(item: Item) -> str:
+    """Return the word for a correction: ``cut`` or ``pad``."""
+    return KINDS[item["kind"]].piece
+
+
+def extent(item: Item) -> str:
+    """Return the word for a correction's size along its direction: ``depth`` or ``height``."""
+    return KINDS[item["kind"]].extent
+
+
 def apart(items: Iterable[Item]) -> tuple[list[Any], list[Any]]:
     """Return the cuts, and the pads: metal that is put on has a height."""
     every = list(items)
@@ -68,10 +78,7 @@ def datums(items: Iterable[Item]) -> list[str]:
     """Return the datums of the corrections' depths, a line for each kind."""
     every = list(items)
     kinds = dict.fromkeys(item["kind"] for item in every)
-    kinds_made = [KINDS[kind] for kind in kinds]
-    lines = [
-        f"{kind.noun}: {'height' if kind.adds_metal else 'depth'} from {kind.datum}." for kind in kinds_made
-    ]
+    lines = [f"{kind.noun}: {kind.extent} from {kind.datum}." for kind in map(KINDS.__getitem__, kinds)]
     if any(item.get("deepened_from_mm") for item in every):
         lines.append("A hole that is there already: depth from where its full diameter ended.")
     return lines

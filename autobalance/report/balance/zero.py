@@ -98,17 +98,15 @@ def corrections_text(report: Values, units: DisplayUnits, zero: Zero) -> str:
     angles = f"  Angles: ccw seen from +z, from {zero.name}. Radius: hole entry, else centre."
     cuts, pads = kinds.apart(with_design_radii(report)["corrections"])
     tables = [cut_rows("Cuts to make", cuts, units, zero)] if cuts else []
-    tables += [cut_rows("Metal to add", pads, units, zero, "height")] if pads else []
+    tables += [cut_rows("Metal to add", pads, units, zero)] if pads else []
     return "\n".join([*tables, angles, *notes])
 
 
-def cut_rows(
-    title: str, corrections: Sequence[Values], units: DisplayUnits, zero: Zero, how_far: str = "depth"
-) -> str:
-    """Return cuts as rows: tool and place, angle, depth or height, metal, radius and z."""
+def cut_rows(title: str, corrections: Sequence[Values], units: DisplayUnits, zero: Zero) -> str:
+    """Return cuts, or pads, as rows: tool and place, angle, depth or height, metal, radius and z."""
     signs = {each["removed_mass_g"] >= 0.0 for each in corrections}
     metal = "metal" if len(signs) > 1 else "metal off" if signs == {True} else "metal on"
-    rows: list[Sequence[str]] = [(title, "web", "angle", how_far, metal, "radius", "z")]
+    rows: list[Sequence[str]] = [(title, "web", "angle", kinds.extent(corrections[0]), metal, "radius", "z")]
     rows += [_row(each, units, zero, len(signs) > 1) for each in corrections]
     return table(rows)
 

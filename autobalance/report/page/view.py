@@ -107,15 +107,15 @@ def _label(
             )
             label = weight @ corners.mean(axis=1) / weight.sum()
             break
-    how_far = "height" if kinds.adds_metal(item) else "depth"
     depth = f"{length(abs(item['depth_mm']), 2)} {PAGE_UNITS.get().length}"
+    size = f"{kinds.extent(item)} {depth}"
     return {
         "number": item["number"],
         "depth_mm": item["depth_mm"],
         "depth_text": depth,
         "label_mm": [float(v) for v in label],
         "towards": _towards(item),
-        "said": f"Correction {item['number']}: {kinds.noun(item)}, {kinds.place(item)}, {how_far} {depth}",
+        "said": f"Correction {item['number']}: {kinds.noun(item)}, {kinds.place(item)}, {size}",
     }
 
 

@@ -1,4 +1,4 @@
-"""A scanned crank: its roughness, the uncertainty of its fits, its calibration; and its surfaces."""
+"""A scanned crank: its roughness, the uncertainty of its axis and throws; and its surfaces."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from autobalance.rigid_rotor.unbalance import Moments
 
 
-# A scanned crank: its roughness, the uncertainty of its fits, its calibration.
+# A scanned crank: its roughness, and the uncertainty of its axis and throws.
 
 
 @record

@@ -226,10 +226,7 @@ def largest_angles(look: Look, surfaces: list[Revolved], surface_of: Indices) ->
     one = surface_of.take(i)
     rows = np.flatnonzero((one >= 0) & (one == surface_of.take(j)))
     number, order = ranked(one.take(rows))
-    sets = Sets.of(number)
-    kept = np.flatnonzero(
-        (np.arange(sets.count) - sets.starts[sets.number]) % (1 + sets.sizes // PAIRS_MOST)[sets.number] == 0
-    )
+    kept, _ = Sets.of(number).thinned(PAIRS_MOST)
     rows = rows.take(order.take(kept))
     a, b = (look.normal.take(each.take(rows), axis=0) for each in (i, j))
     sine = np.linalg.norm(np.cross(a, b), axis=1)
@@ -365,10 +362,8 @@ def _beside(look: Look, surfaces: list[Revolved], surface_of: Indices) -> tuple[
     """
     faces = np.flatnonzero(surface_of >= 0)
     number, order = ranked(surface_of.take(faces))
-    sets = Sets.of(number)
-    step = (1 + (sets.sizes - 1) // BESIDE_MOST)[sets.number]
-    kept = np.flatnonzero((np.arange(sets.count) - sets.starts[sets.number]) % step == 0)
-    faces, times = faces.take(order.take(kept)), step.take(kept)
+    kept, times = Sets.of(number).thinned(BESIDE_MOST)
+    faces = faces.take(order.take(kept))
     row, corner = look.corners(faces)
     number = surface_of[faces][row]
     nearest = np.full(len(faces), np.inf)

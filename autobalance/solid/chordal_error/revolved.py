@@ -280,6 +280,12 @@ class Sets:
         """The set of each row (count,)."""
         return np.repeat(np.arange(len(self.starts)), self.sizes)
 
+    def thinned(self, most: int) -> tuple[Indices, Indices]:
+        """Return rows (m,) spread over each set, at most ``most`` of one, and for how many each stands."""
+        step = (1 + (self.sizes - 1) // most)[self.number]
+        kept = np.flatnonzero((np.arange(self.count) - self.starts[self.number]) % step == 0)
+        return kept, step.take(kept)
+
     def sums(self, values: Array) -> Array:
         """Return the sums (k, ...) of values (count, ...)."""
         total: Array = np.add.reduceat(values, self.starts, axis=0)

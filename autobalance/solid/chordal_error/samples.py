@@ -182,16 +182,14 @@ class _Pieces:
         pairs = np.stack([i.take(rows), j.take(rows)])
         label, count = numbered_components(pairs.T, look.count)
         faces = np.flatnonzero(chord)
-        own = label.take(faces)
-        order = np.argsort(own, kind="stable")
+        own, order = ranked(label.take(faces))
         sizes = np.bincount(own, minlength=count)
         return cls(look, chord, pairs, faces.take(order), label, np.concatenate([[0], np.cumsum(sizes)]))
 
     def seeds(self, left: Indices) -> Indices:
         """Return faces of those left, spread over each piece."""
-        order = np.argsort(self.piece[left], kind="stable")
-        left = left[order]
-        sets = Sets.of(self.piece[left])
+        piece, order = ranked(self.piece[left])
+        left, sets = left[order], Sets.of(piece)
         count = np.minimum(-(-sets.sizes // FACETS_OF_SEED), SEEDS_MOST) * (sets.sizes >= SEEDED_LEAST)
         many = np.repeat(count, count)
         within = np.arange(len(many)) - np.repeat(np.cumsum(count) - count, count)
@@ -244,9 +242,8 @@ def _fit_together(look: Look, surfaces: list[Revolved], surface_of: Indices) -> 
         faces = np.flatnonzero(np.append(group, -1)[surface_of] >= 0)
         if len(faces) == 0:
             return
-        number = group[surface_of[faces]]
-        order = np.argsort(number, kind="stable")
-        faces, number = faces[order], number[order]
+        number, order = ranked(group[surface_of[faces]])
+        faces = faces[order]
         corner, which = Points(look).distinct(faces, Sets.of(number))
         fits = _outer_cylinders(look, corner, which, np.array([surfaces[one].axis for one in leaders]))
         open_[leaders] = False
@@ -319,9 +316,8 @@ def _fit_again(look: Look, surfaces: list[Revolved], surface_of: Indices, first:
         return
     number, order = ranked(surface_of.take(faces))
     straight = np.array([not one.tube_mm and not one.slope for one in surfaces])
-    sets = Sets.of(number)
-    step = (1 + (sets.sizes - 1) // FACETS_FITTED)[sets.number]
-    kept = np.flatnonzero(straight[number] & ((np.arange(sets.count) - sets.starts[sets.number]) % step == 0))
+    kept, _ = Sets.of(number).thinned(FACETS_FITTED)
+    kept = kept[straight[number.take(kept)]]
     row, corner = look.corners(faces.take(order.take(kept)))
     numbers, which = np.unique(number.take(kept).take(row), return_inverse=True)
     if len(numbers) == 0:
