@@ -10,7 +10,8 @@ class Verb(NamedTuple):
     """A function ``ab.NAME`` and a command ``autobalance NAME``: what it does, and the modules of both.
 
     The command follows from the function's signature and docstring. ``command`` adds the rest, and is empty
-    if these suffice. A verb that is not a function has no separate module.
+    if these suffice: a module, or ``"module:NAME"`` where one has those of several verbs. A verb that is not
+    a function has no separate module.
     """
 
     says: str
@@ -54,17 +55,17 @@ VERBS: Final[dict[str, Verb]] = {
     "balance": Verb(
         "balance a crank: plan the cuts, make them in the model, measure the result",
         "verbs.balance",
-        "command.balance",
+        "command.balance:BALANCE",
     ),
     "calc": Verb(
         "compute any of the documented formulas by its name",
         "formulas.calc",
-        "formulas.calc_command",
+        "formulas.command",
     ),
     "compare": Verb(
         "compare all correction methods, and useful mixes, on one crank",
         "verbs.compare",
-        "command.compare",
+        "command.balance:COMPARE",
     ),
     "generate": Verb(
         "draw a crank of any layout from its dimensions, as a mesh or as STEP",
@@ -74,72 +75,72 @@ VERBS: Final[dict[str, Verb]] = {
     "verify": Verb(
         "check every number of a report against the corrected solid",
         "verbs.verify",
-        "command.verify",
+        "command.balance:VERIFY",
     ),
     "forces": Verb(
         "compute inertia forces and bearing loads, and the effect of each balance factor",
         "engines.forces.verb",
-        "engines.forces.command",
+        "engines.command:FORCES",
     ),
     "factor": Verb(
         "show the present balance factor, and the loads, residual and metal of others",
         "engines.factor.verb",
-        "engines.factor.command",
+        "engines.command:FACTOR",
     ),
     "cycle": Verb(
         "compute gas pressure, loads of pins and bearings, torque and speed over the cycle",
         "engines.cycle.verb",
-        "engines.cycle.command",
+        "engines.command:CYCLE",
     ),
     "strength": Verb(
         "compute stress and safety of the fillets over the cycle, before and after cuts",
         "crank_dynamics.strength.verb",
-        "crank_dynamics.strength.command",
+        "crank_dynamics.command:STRENGTH",
     ),
     "shafts": Verb(
         "size balance shafts for the first and second order, and check those of the job",
         "engines.shafts.verb",
-        "engines.shafts.command",
+        "engines.command:SHAFTS",
     ),
     "parts": Verb(
         "add up the weights of the job: rotating, reciprocating, bob-weights, with uncertainty",
         "engines.parts.verb",
-        "engines.parts.command",
+        "engines.command:PARTS",
     ),
     "rod": Verb(
         "measure a connecting rod: eyes, mass, end weights, inertia",
         "engines.rod.verb",
-        "engines.rod.command",
+        "engines.command:ROD",
     ),
     "influence": Verb(
         "compute correction weights for each plane from trial weights",
         "test_stands.influence.verb",
-        "test_stands.influence.command",
+        "test_stands.command:INFLUENCE",
     ),
     "machine": Verb(
         "simulate a balancing machine, or follow the readings of a real one",
         "test_stands.machine.verb",
-        "test_stands.machine.command",
+        "test_stands.command:MACHINE",
     ),
     "bench": Verb(
         "simulate a rotor under speed control in its bearings, next to measured torques",
         "test_stands.bench.verb",
-        "test_stands.bench.command",
+        "test_stands.command:BENCH",
     ),
     "rotor": Verb(
         "compute critical speeds, modes and unbalance response of a rotor, and balance it",
         "crank_dynamics.rotor.verb",
-        "crank_dynamics.rotor.command",
+        "crank_dynamics.command:ROTOR",
     ),
     "recut": Verb(
         "plan further cuts on a corrected crank from a balancing machine's reading",
         "verbs.recut",
-        "command.recut",
+        "command.balance:RECUT",
     ),
     "jobs": Verb(
         "list and search finished jobs, with statistics for each engine",
         "studies.jobs.verb",
-        "studies.jobs.command",
+        "studies.command:JOBS",
     ),
     "nc": Verb(
         "write NC programs for the cuts and simulate them on the solid",
@@ -154,7 +155,7 @@ VERBS: Final[dict[str, Verb]] = {
     "torsion": Verb(
         "compute torsional vibration of a crank or a chain: frequencies, torque, stress",
         "crank_dynamics.torsion.verb",
-        "crank_dynamics.torsion.command",
+        "crank_dynamics.command:TORSION",
     ),
     "schema": Verb(
         "print the JSON Schema of a file that the program reads or writes, for editors",
@@ -164,7 +165,7 @@ VERBS: Final[dict[str, Verb]] = {
     "grade": Verb(
         "compute the permissible unbalance of a grade, or the achieved grade",
         "formulas.grade",
-        "formulas.grade_command",
+        "formulas.command:GRADE",
     ),
     "design": Verb(
         "search for the best counterweight profiles that meet the balance exactly",
@@ -174,12 +175,12 @@ VERBS: Final[dict[str, Verb]] = {
     "batch": Verb(
         "run many jobs from a list or a folder; an interrupted batch resumes",
         "studies.batch.verb",
-        "studies.batch.command",
+        "studies.command:BATCH",
     ),
     "study": Verb(
         "estimate the yield of a series, and the tolerances that matter most",
         "studies.study.verb",
-        "studies.study.command",
+        "studies.command:STUDY",
     ),
     "fem": Verb(
         "compute natural modes and static stress of a solid (extra fem)",
@@ -189,7 +190,7 @@ VERBS: Final[dict[str, Verb]] = {
     "bearing": Verb(
         "compute friction, oil film, stiffness and damping of a bearing",
         "engines.bearings.verb",
-        "engines.bearings.command",
+        "engines.command:BEARING",
     ),
     "orders": Verb(
         "analyse a recorded signal: spectrum, orders, natural frequencies, possible sources",
@@ -298,7 +299,7 @@ DRAWINGS: Final = "paper.drawing:drawings"
 """Outlines of the crank and of the removed metal, for the papers."""
 ODDITIES: Final = {"cycle": "engines.cycle.firing:odd_firing"}
 """Table of a job → function of job and anatomy that returns its oddities."""
-OWN_HELP: Final = {"calc": "formulas.calc_command:help_for"}
+OWN_HELP: Final = {"calc": "formulas.command:help_for"}
 """Verb → function of the words of the command line that returns its help, or None."""
 CYCLE_SECTIONS: Final = {
     "roll": RunSection("engines.cycle.block_roll:SECTION", "cycle"),

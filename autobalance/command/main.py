@@ -295,6 +295,10 @@ def _command(name: str) -> tuple[Callable[[argparse.ArgumentParser], None], Call
     if not listed.command:  # it is what its function is
         verb = Verb(f"{listed.function}:{name}")
         return verb.add_arguments, verb.run
-    module: Any = import_module(f"autobalance.{listed.command}")
+    place, _, among_others = listed.command.partition(":")
+    module: Any = import_module(f"autobalance.{place}")
+    if among_others:
+        declared = getattr(module, among_others)
+        return declared.add_arguments, declared.run
     declared = getattr(module, "VERB", module)
     return declared.add_arguments, getattr(module, "run", declared.run)

@@ -148,6 +148,8 @@ class Verb(NamedTuple):
         Whether a crank's file may replace the job, with options for the job's keys.
     most_used : tuple of str
         Destinations of the options that ``--help`` lists first; empty: it lists all in one.
+    runs : callable or None
+        Takes the arguments and returns the exit code, in place of ``call``.
     """
 
     function: str
@@ -161,6 +163,7 @@ class Verb(NamedTuple):
     also: tuple[str, ...] = ()
     of_crank: bool = False
     most_used: tuple[str, ...] = ()
+    runs: Callable[[argparse.Namespace], int] | None = None
 
     def add_arguments(self, parser: argparse.ArgumentParser) -> None:
         lines = ["examples:", *(f"  {line}" for line in self.examples)] if self.examples else []
@@ -183,6 +186,9 @@ class Verb(NamedTuple):
         most_used_first(parser, self.most_used)
 
     def run(self, arguments: argparse.Namespace) -> int:
+        return (self.runs or self.call)(arguments)
+
+    def call(self, arguments: argparse.Namespace) -> int:
         """Call the function, write and print its result; return the exit code."""
         from importlib import import_module
 

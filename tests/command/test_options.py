@@ -7,7 +7,6 @@ import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from typing import Any, get_args
 
 import pytest
@@ -21,17 +20,16 @@ from autobalance.verbs.declaration import REQUIRED, parameters_of
 from tests import jobs
 
 
-def _module(name: str) -> ModuleType | None:
-    """Return the command's own file, where its function is not all there is to it."""
-    place = COMMANDS[name].command
-    return import_module(f"autobalance.{place}") if place else None
+def _verb(name: str) -> Verb | None:
+    """Return a command that follows from a function; None for one that has its own options."""
+    listed = COMMANDS[name]
+    if not listed.command:
+        return Verb(f"{listed.function}:{name}")
+    place, _, among_others = listed.command.partition(":")
+    return getattr(import_module(f"autobalance.{place}"), among_others or "VERB", None)
 
 
-VERBS: dict[str, Verb] = {
-    name: getattr(module, "VERB", None) or Verb(f"{COMMANDS[name].function}:{name}")
-    for name in COMMANDS
-    if hasattr(module := _module(name), "VERB") or module is None
-}
+VERBS: dict[str, Verb] = {name: verb for name in COMMANDS if (verb := _verb(name)) is not None}
 FUNCTIONS = [name for name in autobalance.PUBLIC if name[0].islower()]
 
 
@@ -83,7 +81,7 @@ def test_the_help_of_all_commands_loads_no_numpy() -> None:
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_option_says_what_it_sets_and_its_default(name: str) -> None:
     commands: Any = next(each.choices for each in full_parser()._actions if each.dest == "command")
-    if _module(name) is not None:
+    if COMMANDS[name].command:
         assert f"autobalance {name}" in commands[name].epilog.partition("examples:\n")[2]
     for action in commands[name]._actions:
         words = action.help

@@ -495,7 +495,9 @@ class OneAngleLimits(Limits):
 
 
 def test_a_kind_may_have_one_angle_for_a_sector(monkeypatch: pytest.MonkeyPatch) -> None:
-    kind = SimpleNamespace(limits=OneAngleLimits, noun="Groove", datum="the rim", extent="depth", adds_metal=False)
+    kind = SimpleNamespace(
+        limits=OneAngleLimits, noun="Groove", datum="the rim", extent="depth", adds_metal=False
+    )
     monkeypatch.setitem(registry._KINDS, "groove", kind)
     found = parsed(both(put("correction.method", "groove"), put("correction.groove.sector_deg", 60.0)))
     assert found.methods == (OneAngleLimits(60.0),)
