@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -21,8 +22,6 @@ from autobalance.types import Array
 from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from autobalance.browser.project import Project
 
 FILE = "cranks.json"
@@ -35,17 +34,34 @@ LARGEST_PICTURE = 1 << 18
 
 
 @dataclass(frozen=True)
+class DrawnFrom:
+    """A preset and the dimensions with which it was drawn.
+
+    ``dimensions`` are those of the crank by their dotted keys, ``typed`` the keys of those that a user typed.
+    The counterweights suffice for bob-weights up to ``most_bob_weight_g`` [g], None if none count;
+    ``is_most_typed``: the counterweights were drawn for that number, which a user typed.
+    """
+
+    preset: str
+    dimensions: Mapping[str, float]
+    typed: Sequence[str]
+    most_bob_weight_g: float | None
+    is_most_typed: bool
+
+
+@dataclass(frozen=True)
 class KnownCrank:
     """Facts about a crank's file beside the file.
 
     ``name`` is a user's for it, "" for the file's own; ``scaled_from`` the file that it was scaled from by
-    ``factor`` for a stroke of ``stroke_mm``, "" where it was not.
+    ``factor`` for a stroke of ``stroke_mm``, "" where it was not; ``drawn``: where it was drawn here.
     """
 
     name: str = ""
     scaled_from: str = ""
     factor: float = 1.0
     stroke_mm: float = 0.0
+    drawn: DrawnFrom | None = None
 
 
 def known_cranks(project: Project) -> dict[str, KnownCrank]:
@@ -54,7 +70,8 @@ def known_cranks(project: Project) -> dict[str, KnownCrank]:
     told = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
     jobs = (each.name.removesuffix(".toml") for each in kept_jobs(project).glob("*.toml"))
     return {name: KnownCrank() for name in sorted(jobs)} | {
-        name: KnownCrank(**each) for name, each in told.items()
+        name: KnownCrank(**{**each, "drawn": DrawnFrom(**each["drawn"]) if each.get("drawn") else None})
+        for name, each in told.items()
     }
 
 
@@ -142,7 +159,7 @@ class CrankNames:
     def _pictures(self) -> Path:
         return self._project.folder / APP_FOLDER / PICTURES
 
-    def told(self) -> dict[str, dict[str, str | float]]:
+    def told(self) -> dict[str, dict[str, Any]]:
         """Return the facts about the cranks, as the page has them; ``picture`` changes with the picture."""
         pictured = {
             path.name.removesuffix(".png"): float(path.stat().st_mtime_ns)

@@ -6,12 +6,11 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from autobalance.browser.cranks import copied_crank, kept_jobs
+from autobalance.browser.guard import jsonable
 from autobalance.browser.project import ABOVE_EXIT_CODE, FILE_KEYS, JOB, STATE, Project, is_plain
-from autobalance.bundled import bundled_folder
 from autobalance.errors import FileError, FormatError
 from autobalance.toml_files.document import toml_of, toml_text
 
@@ -21,29 +20,6 @@ JOB_BEFORE = "job-before.toml"
 """The job of the crank that was open before another one."""
 OF_ANY_CRANK = ("shop",)
 """Tables of a job that are the same for every crank."""
-ENGINES: Mapping[str, Mapping[str, Any]] = {
-    "v-twin-45": {"rods_per_throw": 2, "layout": {"bank_deg": [-22.5, 22.5]}},
-    "v8-crossplane": {"rods_per_throw": 2, "layout": {"bank_deg": [-45.0, 45.0]}},
-    "v8-flatplane": {"rods_per_throw": 2, "layout": {"bank_deg": [-45.0, 45.0]}},
-    "v12-60": {"rods_per_throw": 2, "layout": {"bank_deg": [-30.0, 30.0]}},
-}
-"""Engines of the presets that are drawn, where they are not one rod a throw in line."""
-EXAMPLES: Mapping[str, Mapping[str, Any]] = {
-    "v8-crossplane": {
-        "engine": {
-            "rotating_g": {"connecting_rod_big_end": 150.0, "big_end_bearing": 18.0},
-            "reciprocating_g": {
-                "connecting_rod_small_end": 60.0,
-                "piston": 170.0,
-                "wrist_pin": 60.0,
-                "rings_clips_oil": 24.0,
-            },
-        },
-        "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 6500.0},
-        "correction": {"method": "drill"},
-    }
-}
-"""Weights and targets of the presets that are examples too."""
 WORKBOOK_MB = 1024
 """Memory in which a workbook that was uploaded must be read."""
 
@@ -78,37 +54,6 @@ def _open_folder(folder: Path, project: Project) -> None:
         open_job(next((path for path in jobs if path.name == JOB), jobs[0]), project)
 
 
-def open_example(name: str | None, project: Project, is_weighed: bool = False) -> None:
-    """Make the bundled crank with its job the project's, or a crank drawn from a preset's dimensions.
-
-    ``is_weighed``: with the weights of an example, `EXAMPLES`.
-
-    Raises
-    ------
-    AutobalanceError
-        If there is no such preset, or no weights of it.
-    """
-    if is_weighed and name not in EXAMPLES:
-        raise FormatError(f"{name} has no weights; expected one of {', '.join(EXAMPLES)}")
-    if name is None:
-        bundled = bundled_folder() / "crf250r" / "drafted"
-        open_job(bundled / "factor-0.28.toml", project)
-        before = toml_of((bundled / "factor-original.toml").read_text(encoding="utf-8"), JOB)["original"]
-        project.write_job(toml_text({**job_of(project), "original": before}))
-        return
-    from autobalance.drawn_cranks.verb import generate
-
-    drawn = generate(name, file=f"{name}.stl")
-    with TemporaryDirectory() as folder:
-        (path,) = (each for each in drawn.write(folder) if each.suffix == ".stl")
-        kept = project.copied(path)
-    table = {"file": kept, "unit": "mm", "density_kg_m3": drawn.design.density_kg_m3}
-    tables = dict(EXAMPLES[name]) if is_weighed else {}
-    engine = {**ENGINES.get(name, {}), **tables.pop("engine", {})}
-    own = {"crankshaft": table, **({"engine": engine} if engine else {}), **tables}
-    project.write_job(toml_text({**_for_another(project), **own}))
-
-
 def open_crank(name: str, project: Project) -> None:
     """Use a file of the project as the job's crank; a job of another crank is removed, its shop keys stay.
 
@@ -119,7 +64,7 @@ def open_crank(name: str, project: Project) -> None:
         return
     kept = _kept_job(project, name)
     before = kept.read_text(encoding="utf-8") if kept.is_file() else ""
-    tables = {**_for_another(project), "crankshaft": {"file": name}}
+    tables = {**for_another(project), "crankshaft": {"file": name}}
     project.write_job(before or toml_text(tables))
 
 
@@ -135,7 +80,7 @@ def duplicate_crank(project: Project) -> str:
     file = str(tables.get("crankshaft", {}).get("file", ""))
     if project.file(file) is None:
         raise FileError("open a crank first; then its job can be duplicated")
-    _for_another(project)
+    for_another(project)
     name = copied_crank(project, file)
     project.write_job(toml_text({**tables, "crankshaft": {**tables["crankshaft"], "file": name}}))
     return name
@@ -146,7 +91,7 @@ def _kept_job(project: Project, crank: str) -> Path:
     return kept_jobs(project) / f"{crank}.toml"
 
 
-def _for_another(project: Project) -> dict[str, Any]:
+def for_another(project: Project) -> dict[str, Any]:
     """Return the keys of the project's job that another crank's job keeps: all, if that has no crank yet."""
     tables = job_of(project)
     if not crank_of(tables):
@@ -161,7 +106,7 @@ def _for_another(project: Project) -> dict[str, Any]:
 def _write_job_of_another(tables: Mapping[str, Any], project: Project) -> None:
     """Make tables the project's job; that of another crank is kept for when its crank is opened again."""
     if crank_of(job_of(project)) not in (None, crank_of(tables)):
-        _for_another(project)
+        for_another(project)
     project.write_job(toml_text(tables))
 
 
@@ -169,6 +114,11 @@ def job_of(project: Project) -> dict[str, Any]:
     """Return the project's job as tables; empty without a job."""
     path = project.file(JOB)
     return {} if path is None else _tables_of(path)
+
+
+def job_told(project: Project) -> dict[str, Any]:
+    """Return the project's job as the page takes it, with its version."""
+    return {"job": jsonable(job_of(project)), "job_version": project.job_version}
 
 
 def job_of_crank(project: Project, crank: str) -> dict[str, Any] | None:
@@ -311,7 +261,7 @@ def open_job_of(made_of: Mapping[str, Any], project: Project) -> None:
     if project.file(name) is None:
         raise FileError(f"{name or 'the crank'} of that result is not in the project any more; drop it again")
     if job_of(project).get("crankshaft", {}).get("file") != name:
-        _for_another(project)
+        for_another(project)
     project.write_text(JOB_BEFORE, project.job_text)
     project.write_job(toml_text(dict(made_of)))
 

@@ -19,6 +19,7 @@ from starlette.types import ASGIApp
 from autobalance.browser.analyses import ANALYSES, AnalysisFiles, wrong_request
 from autobalance.browser.bundle import script, style
 from autobalance.browser.cranks import CrankNames, saved_name
+from autobalance.browser.drawing import Drawings
 from autobalance.browser.guard import (
     PICTURES,
     TOKEN_HEADER,
@@ -38,8 +39,8 @@ from autobalance.browser.opening import (
     JOBS,
     duplicate_crank,
     job_of,
+    job_told,
     open_crank,
-    open_example,
     open_job_of,
     open_own_job,
     open_report,
@@ -125,7 +126,6 @@ class Pages:
             Route("/api/job/text", self.type_job, methods=["PUT"]),
             Route("/api/files", self.upload, methods=["POST"]),
             Route("/api/open", self.open, methods=["POST"]),
-            Route("/api/example", self.example, methods=["POST"]),
             Route("/api/duplicate", self.duplicate, methods=["POST"]),
             Route("/api/runs", self.all_runs),
             Route("/api/runs", self.start, methods=["POST"]),
@@ -136,6 +136,7 @@ class Pages:
             Route("/api/runs/{run}/files/{name}", self.result),
             *self._live.routes(),
             *self._names.routes(),
+            *Drawings(self._project, self._names).routes(),
             *AnalysisFiles(self._project).routes(),
         ]
 
@@ -285,14 +286,6 @@ class Pages:
         """Make a second job of the open crank beside the first, by another name."""
         return await self._changed(duplicate_crank, self._project)
 
-    async def example(self, request: Request) -> Response:
-        """Make the bundled crank the project's, or one drawn from a preset."""
-        values = await body_of(request)
-        name = values.get("preset") if isinstance(values, dict) else False
-        if not (name is None or isinstance(name, str)):
-            return refused('the body must be {"preset": NAME or null}', 400)
-        return await self._changed(open_example, name, self._project, bool(values.get("weighed")))
-
     async def _changed(self, work: Callable[..., Any], *given: Any) -> Response:
         try:
             await run_in_threadpool(work, *given)
@@ -301,7 +294,7 @@ class Pages:
         return JSONResponse(self._job())
 
     def _job(self) -> dict[str, Any]:
-        return {"job": jsonable(job_of(self._project)), "job_version": self._project.job_version}
+        return {**job_told(self._project), "cranks": self._names.told()}
 
     def _opened(self, path: Path, apart: str | None) -> str | None:
         ending = path.suffix.lower()

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from autobalance.balancing.suggestions.wanted import Aim, Refused, SuggestedChange, Suggestion
+from autobalance.crank.anatomy import Anatomy
 from autobalance.drawn_cranks.design import Design
 from autobalance.drawn_cranks.generate import exact_moments
 from autobalance.drawn_cranks.input import with_settings
@@ -213,3 +214,83 @@ class _Levers:
 
 def _has(design: Design, key: str) -> bool:
     return getattr(design, key.partition(".")[0]) is not None
+
+
+# --- counterweights for a bob-weight on every crankpin ------------------------------------------------------
+LEAST_BOB_WEIGHT_SHARE = 1e-6
+"""Unbalance of a bob-weight on every pin, as a share of one alone, below which the throws cancel out."""
+RADIUS_STEP_MM = 0.1
+"""Step in which a fitted radius is rounded up: heavier counterweights can be drilled, lighter ones not."""
+
+
+def largest_bob_weight_g(design: Design) -> float | None:
+    """Return the bob-weight [g] that the counterweights balance, the same on every crankpin.
+
+    Lighter bob-weights leave the counterweights too heavy, which cuts can correct. None if the throws cancel
+    each other out, force and couple: then no bob-weight counts.
+
+    Notes
+    -----
+    The least squares of force and couple, U + W B = 0: of the crank, U, and of one gram on every pin, B. The
+    couple is taken about the middle of the crankpins, divided by their distance.
+    """
+    anatomy = crank_anatomy(design)
+    pins = _force_and_couple(_one_gram_on_each_pin(anatomy), anatomy)
+    alone = max(throw.crank_radius_mm for throw in anatomy.throws)
+    if float(np.linalg.norm(pins)) < LEAST_BOB_WEIGHT_SHARE * alone:
+        return None
+    crank = _force_and_couple(exact_moments(design, SEGMENTS).moved(anatomy.file_to_rotor), anatomy)
+    return float(-(crank @ pins) / (pins @ pins))
+
+
+def radius_for_bob_weights_mm(design: Design, most_g: float) -> float:
+    """Return the counterweight radius [mm] that balances bob-weights up to ``most_g`` [g] on every crankpin.
+
+    The bob-weight is α + β R³ of a sector's radius R, exactly without a draft: two cranks are built for α and
+    β, and each radius found is built and measured. It is rounded up to `RADIUS_STEP_MM`.
+
+    Raises
+    ------
+    JobError
+        If the throws cancel each other out, or no radius beyond the web's own balances it.
+    """
+    here = _value(design, RADIUS)
+    known = [(here, _balanced(design, here)), (1.1 * here, _balanced(design, 1.1 * here))]
+    for _ in range(MOST_TRIALS):
+        (r1, w1), (r2, w2) = known[-2:]
+        cube = r1**3 + (most_g - w1) * (r2**3 - r1**3) / (w2 - w1)
+        steps = math.ceil(round(math.cbrt(max(cube, 0.0)) / RADIUS_STEP_MM, 6))
+        radius = round(RADIUS_STEP_MM * steps, DIGITS)
+        if radius == r2:  # which was too small by less than a step
+            radius = round(r2 + RADIUS_STEP_MM, DIGITS)
+        known.append((radius, _balanced(design, radius)))
+        if known[-1][1] >= most_g > _closed_g(known[-1], known[-2], radius - 2.0 * RADIUS_STEP_MM):
+            return radius
+    raise JobError(f"no counterweight radius was found for bob-weights up to {most_g:g} g")
+
+
+def _closed_g(one: tuple[float, float], other: tuple[float, float], radius_mm: float) -> float:
+    """Return the bob-weight of a radius on the line in R³ through two that were built."""
+    (r1, w1), (r2, w2) = one, other
+    return w1 + (w2 - w1) * (radius_mm**3 - r1**3) / (r2**3 - r1**3)
+
+
+def _balanced(design: Design, radius_mm: float) -> float:
+    found = largest_bob_weight_g(with_settings(design, {RADIUS: radius_mm}))
+    if found is None:
+        raise JobError("the throws cancel each other out: no bob-weight counts, and no counterweight")
+    return found
+
+
+def _one_gram_on_each_pin(anatomy: Anatomy) -> Moments:
+    each = (Moments.point(1.0, throw.crankpin.centre_mm) for throw in anatomy.throws)
+    return sum(each, Moments.zero())
+
+
+def _force_and_couple(moments: Moments, anatomy: Anatomy) -> Array:
+    """Return force and couple (4,) [g·mm] of moments."""
+    places = [float(throw.crankpin.centre_mm[2]) for throw in anatomy.throws]
+    middle, apart = 0.5 * (max(places) + min(places)), max(places) - min(places)
+    force, product = moments.first_g_mm[:2], moments.second_g_mm2[:2, 2]
+    couple = (product - middle * force) / apart if apart else np.zeros(2)
+    return np.concatenate([force, couple])

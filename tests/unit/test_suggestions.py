@@ -11,6 +11,11 @@ import autobalance as ab
 from autobalance.command import main
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.generate import crank_solid
+from autobalance.drawn_cranks.input import with_settings
+from autobalance.drawn_cranks.suggested_sizes import largest_bob_weight_g, radius_for_bob_weights_mm
+from autobalance.drawn_cranks.truth import crank_anatomy
+from autobalance.errors import JobError
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 
@@ -130,3 +135,26 @@ def test_a_wish_beyond_every_size_says_how_near_each_comes() -> None:
 def test_a_wish_without_a_number_is_a_wrong_command_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["generate", "single", "--suggest", "balance_factor=much"]) == 2
     assert "balance_factor=NUMBER" in capsys.readouterr().err
+
+
+def test_counterweights_are_as_small_as_balances_the_bob_weight() -> None:
+    """Moments about the last crankpin, of the crank as meshed and of the weights on its pins."""
+    design, most_g = with_settings(PRESETS["v8-crossplane"], {"stroke_mm": 80.0}), 2100.0
+    radius_mm, left = radius_for_bob_weights_mm(design, most_g), []
+    for radius in (radius_mm, round(radius_mm - 0.1, 1)):
+        drawn = with_settings(design, {"counterweight.radius_mm": radius})
+        solid, throws = crank_solid(drawn, 128), crank_anatomy(drawn).throws
+        crank = solid.moved(crank_anatomy(drawn).file_to_rotor).moments(drawn.density_kg_m3 * 1e-6)
+        both = sum((Moments.point(most_g, each.crankpin.centre_mm) for each in throws), crank)
+        end_mm = throws[-1].crankpin.centre_mm[2]
+        about_the_end = both.second_g_mm2[:2, 2] - end_mm * both.first_g_mm[:2]
+        one_g = 40.0 * (end_mm - throws[0].crankpin.centre_mm[2])
+        left.append(float(about_the_end @ throws[0].direction) / one_g)
+    heavy_g, light_g = left
+    assert light_g < 0.0 < heavy_g < 20.0  # a step of 0.1 mm
+
+
+def test_throws_that_cancel_each_other_need_no_bob_weight() -> None:
+    assert largest_bob_weight_g(PRESETS["inline-4"]) is None
+    with pytest.raises(JobError, match="cancel each other out"):
+        radius_for_bob_weights_mm(PRESETS["inline-4"], 700.0)

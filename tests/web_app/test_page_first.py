@@ -320,7 +320,7 @@ def test_the_v8_is_an_example_with_its_weights(window: Browser, tmp_path: Path) 
         job = empty.ask("/api/project").json["job"]
         assert job["engine"]["rods_per_throw"] == 2
         page.click_on(at("tab-parts"))
-        until(page, "return document.getElementById('line').textContent.includes('650.00 g')", most_s=20.0)
+        until(page, "return document.getElementById('line').textContent.includes('1750.00 g')", most_s=20.0)
         refused = empty.ask("/api/example", {"preset": "inline-4", "weighed": True})
         assert refused.status == 400
 

@@ -6,10 +6,10 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+import pytest
 
-from tests import jobs
-from tests.generated import generated_crank
+import autobalance as ab
+from autobalance.browser.drawing import RADIUS
 from tests.report.browser import Browser
 from tests.web_app.page import (
     BROWSER,
@@ -26,17 +26,20 @@ from tests.web_app.page import (
     text_of,
     until,
 )
-from tests.web_app.serving import Served
+from tests.web_app.serving import Served, served
 
 pytestmark = BROWSER
 WEIGHED = {
-    "connecting_rod_big_end": 220,
-    "big_end_bearing": 25,
-    "connecting_rod_small_end": 80,
-    "piston": 230,
-    "wrist_pin": 50,
+    "connecting_rod_big_end": 480,
+    "big_end_bearing": 45,
+    "connecting_rod_small_end": 150,
+    "piston": 450,
+    "wrist_pin": 100,
 }
-BOB_WEIGHT_G = 2 * (220 + 25) + 0.5 * 2 * (80 + 230 + 50)
+BOB_WEIGHT_G = 2 * (480 + 45) + 0.5 * 2 * (150 + 450 + 100)
+assert BOB_WEIGHT_G == 1750
+RADIUS_MM = 97.1
+"""Of counterweights for bob-weights up to 2 100 g."""
 TYPE = """
 const row = [...document.querySelectorAll("[data-testid=weight-row]")]
   .find(each => each.querySelector("[data-testid=weight-name]").value === arguments[0]);
@@ -44,6 +47,10 @@ const field = row.querySelector("[data-testid=weight-g]");
 field.value = arguments[1];
 field.dispatchEvent(new Event("input", { bubbles: true }));
 """
+FILE_OF = "document.querySelector('#panel-open .named small').textContent"
+FILE = f"return {FILE_OF}"
+TOO_LIGHT_OF = "document.querySelector('[data-testid=draw-for]')"
+TOO_LIGHT = f"return {TOO_LIGHT_OF} && document.querySelector('[data-testid=state-line]').textContent"
 GIVEN = "const link = document.querySelector(arguments[0]); return link ? link.href : ''"
 
 
@@ -113,7 +120,7 @@ def story(page: Browser, app: Served) -> None:
 
 def test_a_v8_is_built_without_a_file_but_the_crank(window: Browser, app: Served, tmp_path: Path) -> None:
     crank = tmp_path / "my v8.stl"
-    jobs.write_stl(crank, generated_crank("v8-crossplane", segments=24).soup.astype(np.float64))
+    crank.write_bytes(ab.generate("v8-crossplane", segments=24, settings={RADIUS: RADIUS_MM}).data)
     page = load(window, app)
     with nothing_wrong(page, app):
         found = page.call("POST", "/element", {"using": "css selector", "value": at("file-input")})
@@ -134,6 +141,7 @@ def test_a_v8_is_built_on_a_phone_from_nothing(window: Browser, app: Served) -> 
             put(page, preset="v8-crossplane")
             page.click_on(at("draw-preset"))
             until(page, READY)
+            assert f"radius of {RADIUS_MM} mm for bob-weights up to 2100 g" in text_of(page, "drawn")
             assert 200 < page.run("return document.getElementById('model').clientHeight") <= 250
             story(page, app)
             page.click_on(at("tab-see"))
@@ -144,3 +152,49 @@ def test_a_v8_is_built_on_a_phone_from_nothing(window: Browser, app: Served) -> 
                 assert page.run(f"return {wide}") <= 0, tab
     finally:
         page.resize(1400, 900)
+
+
+def dimension(page: Browser, key: str, value: float | str) -> None:
+    page.run("document.getElementById('dimensions').open = true")
+    page.run(
+        "const field = document.querySelector(`[data-testid='drawn-${arguments[0]}']`);"
+        "field.value = arguments[1]; field.dispatchEvent(new Event('input', { bubbles: true }))",
+        key,
+        str(value),
+    )
+
+
+def test_dimensions_of_a_drawn_crank_are_typed_and_kept(window: Browser, tmp_path: Path) -> None:
+    """The stroke that was typed is the crank's; a radius that nobody typed follows it, a typed one stays."""
+    with served(tmp_path / "project") as app:
+        page = load(window, app)
+        put(page, preset="v8-crossplane")
+        page.click_on(at("draw-preset"))
+        until(page, READY)
+        page.click_on(at("tab-parts"))
+        for name, grams in WEIGHED.items():
+            page.run(TYPE, name, str(grams))
+        put(page, factor="0,5", grade=6.3, speed_rpm=6500)
+        for key, value, says in (
+            ("stroke_mm", 79, "radius of 93.3 mm for bob-weights up to 2100 g"),
+            (RADIUS, 90, "radius of 90.0 mm for bob-weights up to"),
+        ):
+            page.click_on(at("tab-open"))
+            before = page.run(FILE)
+            dimension(page, key, value)
+            page.click_on(at("draw-again"))
+            until(page, f"return ({FILE_OF}) !== arguments[0]", before)
+            until(page, READY)
+            assert says in text_of(page, "drawn")
+        job = app.ask("/api/project").json["job"]
+        assert job["engine"]["rotating_g"]["connecting_rod_big_end"] == WEIGHED["connecting_rod_big_end"]
+        crank = ab.inspect(ab.read_crank(app.project / job["crankshaft"]["file"], unit="mm")).report["crank"]
+        assert crank["throws"][0]["crank_radius_mm"] == pytest.approx(39.5, abs=1e-3)
+        assert crank["webs"][0]["outline"]["rim_radius_mm"] == pytest.approx(90.0, abs=0.05)
+        page.click_on(at("tab-parts"))
+        assert "1750 g is more" in until(page, TOO_LIGHT)
+        page.click_on(at("draw-for"))
+        until(page, f"return !({TOO_LIGHT_OF})")
+        until(page, READY)
+        page.click_on(at("tab-open"))
+        assert "for bob-weights up to 2100 g" in text_of(page, "drawn")

@@ -254,6 +254,32 @@ def test_a_crank_to_begin_with_is_bundled_or_drawn(tmp_path: Path) -> None:
         assert app.ask("/api/example", {"preset": 4}).status == 400
 
 
+def test_a_drawn_crank_is_drawn_again_with_its_dimensions(tmp_path: Path) -> None:
+    with served(tmp_path / "project") as app:
+        drawn = app.ask("/api/example", {"preset": "single"}).json
+        file = drawn["job"]["crankshaft"]["file"]
+        known = drawn["cranks"][file]["drawn"]
+        assert (known["preset"], known["typed"]) == ("single", [])
+        assert known["dimensions"]["counterweight.radius_mm"] == 52.0  # the preset's own
+        asked = {"file": file, "dimensions": {"stroke_mm": 64.0}}
+        answer = app.ask("/api/cranks/draw", asked).json
+        again = answer["cranks"][answer["file"]]["drawn"]
+        assert again["dimensions"]["stroke_mm"] == 64.0
+        assert again["dimensions"]["counterweight.radius_mm"] > 52.0  # balances the same bob-weight
+        assert again["most_bob_weight_g"] == pytest.approx(known["most_bob_weight_g"])
+        for wrong, says in (
+            ({"dimensions": {"stroke_mm": "64"}}, "stroke_mm must be a number"),
+            ({"dimensions": {"name": 3.0}}, "name is not a dimension"),
+            ({"dimensions": {"counterweight.radius_mm": 10.0}}, "the web there has 22"),
+            ({"dimensions": {"counterweight.radius_mm": 55.0}, "most_bob_weight_g": 400.0}, "not both"),
+            ({"most_bob_weight_g": 0.0}, "most_bob_weight_g must be a number above 0"),
+            ({"file": "mine.stl"}, "mine.stl was not drawn here"),
+        ):
+            refused = app.ask("/api/cranks/draw", {**asked, **wrong})
+            assert refused.status == 400
+            assert says in refused.json["error"]
+
+
 def test_another_crank_does_not_get_the_weights_and_limits_of_the_one_before(app: Served) -> None:
     """Unit, weights, the original's parts and limits go with their crank; its job is kept as a file."""
     former = job(
@@ -526,7 +552,8 @@ def test_a_reading_without_the_machines_figures_takes_the_usual_ones(app: Served
 def test_a_drawn_crank_comes_with_its_engine(
     preset: str, rods: int | None, banks: list[float] | None, tmp_path: Path
 ) -> None:
-    from autobalance.browser.opening import job_of, open_example
+    from autobalance.browser.drawing import open_example
+    from autobalance.browser.opening import job_of
     from autobalance.browser.project import Project
 
     project = Project.at(tmp_path)

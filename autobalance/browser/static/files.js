@@ -92,7 +92,7 @@ async function crankAndJob(files) {
 export const example = guarded(async (preset, weighed = false) => {
   const model = $("model").dataset, before = model.state;
   model.state = "loading";
-  try { await brought(() => post("/api/example", { preset, weighed }), true); } catch (error) { model.state = before; throw error; }
+  try { state.cranks = (await brought(() => post("/api/example", { preset, weighed }), true)).cranks; } catch (error) { model.state = before; throw error; }
   changed();
   await opens();
 });

@@ -4,6 +4,7 @@ import { $, shown, withUnit } from "/static/tools.js";
 import { at, crankName, emit, isUnitAsked, state, unitOfFile } from "/static/job.js";
 import { line as analyse } from "/static/analyse.js";
 import { balance } from "/static/correct.js";
+import { unsuited } from "/static/drawing.js";
 import { listed, methods } from "/static/limits.js";
 import { Heavy, big, missing, read, recut, refused } from "/static/machine.js";
 import { coming } from "/static/files.js";
@@ -88,7 +89,8 @@ const LINES = {
     const words = isWithin ? t("Within tolerance as it is") : typeof now === "number" && now !== target ? t(now > target ? "Counterweights too heavy" : "Counterweights too light") : t("Above tolerance as it is");
     const [place, most, limit] = deciding(initial, tolerance);
     const says = [typeof now === "number" ? t("Factor {now} today, {wanted} wanted.", { now: shown(now, 3), wanted: shown(target, 3) }) : t("Factor {wanted} wanted.", { wanted: shown(target, 3) }), bob ? `${t("Bob-weight {mass}.", { mass: withUnit(bob.mass_g, 2, "g") })} ${Math.abs(bob.fit_g - bob.mass_g) > 5e-3 ? t("Clamp on {mass}.", { mass: withUnit(bob.fit_g, 2, "g") }) : ""}${isMany ? t("One for each throw.") : ""}` : "", most.magnitude_g_mm > 0 && !isWithin ? t("Heavy side at {angle}.", { angle: `${angleText((Math.atan2(most.unbalance_g_mm[1], most.unbalance_g_mm[0]) * 180) / Math.PI)} ${sign()}` }) : ""].join(" ");
-    return { tone: isWithin ? "good" : "bad", words, says, bars: [[place, most.magnitude_g_mm, null, limit]], main };
+    const drawn = isWithin ? null : unsuited();
+    return { tone: isWithin ? "good" : "bad", words, says: drawn ? drawn.says : says, bars: [[place, most.magnitude_g_mm, null, limit]], more: drawn?.more, main };
   },
   correct: () => {
     const run = cutting(), compares = isComparing() && (running().find((each) => each.verb === "compare") || { words: "done", share: 1 });
@@ -136,7 +138,7 @@ function Line() {
   const box = $("line");
   box.dataset.tone = tone;
   return html`<div class="what" role="status" data-testid="state-line" data-tone=${tone}><b>${words}</b><span>${says}</span></div><div class="bars">${bars.map((each) => html`<${Bar} of=${each}/>`)}</div>
-    <div class="go">${more ? html`<button type="button" data-testid=${more.id} onClick=${more.work}>${more.text}</button>` : ""}${cancel ? html`<${Cancel} id="line-cancel"/>` : ""}${main ? html`<button type="button" class="main" key=${main.id || tab()} id=${main.id || "next"} data-testid=${main.id || "next"} disabled=${Boolean(main.off)} onClick=${main.work}>${main.words}</button>` : ""}</div>`;
+    <div class="go">${more ? html`<button type="button" data-testid=${more.id} disabled=${Boolean(more.off)} onClick=${more.work}>${more.text}</button>` : ""}${cancel ? html`<${Cancel} id="line-cancel"/>` : ""}${main ? html`<button type="button" class="main" key=${main.id || tab()} id=${main.id || "next"} data-testid=${main.id || "next"} disabled=${Boolean(main.off)} onClick=${main.work}>${main.words}</button>` : ""}</div>`;
 }
 
 // Zero at the left, the permitted at the tick; hatched: the uncertainty.

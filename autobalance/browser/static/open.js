@@ -4,6 +4,7 @@ import { $, ending, shown, typed, withUnit } from "/static/tools.js";
 import { askBuffer, askJson, askLeft, behind, guarded, put, say } from "/static/server.js";
 import { UNITLESS, assumed, at, changed, crankName, crankshaft, emit, isUnitAsked, keep, ofFile, on, state, unitOfFile } from "/static/job.js";
 import { JobField } from "/static/fields.js";
+import { Drawn, setUp as drawsWith } from "/static/drawing.js";
 import { coming, sending, setUp as takeFiles } from "/static/files.js";
 import { Measured } from "/static/measured.js";
 import { start } from "/static/runs.js";
@@ -23,6 +24,7 @@ export const chosen = signal({ row: "", part: 0 }); // the row of the tree, and 
 export function setUp(model) {
   view = model;
   takeFiles(open);
+  drawsWith(open);
   mount(Open, $("panel-open"));
   on("forgotten", () => { $("panels").scrollTop = 0; if ($("other-crank")) $("other-crank").open = false; opening++; view.clear(); isRefused.value = false; doubts.value = []; chosen.value = { row: "", part: 0 }; });
 }
@@ -217,7 +219,7 @@ const typedName = () => (naming.value?.file === state.file ? naming.value.name :
 const toAnother = () => { $("other-crank").open = true; $("other-crank").scrollIntoView(); };
 function Name() {
   if (!state.file || coming.value) return html`<h2>${coming.value || state.file}</h2>`;
-  return html`<label class="named">${t("Name of the crank")} <input id="crank-called" data-testid="crank-called" maxlength="80" value=${typedName()} onInput=${({ target }) => { naming.value = { file: state.file, name: target.value }; }} onChange=${rename}/><small class="quiet">${t("File: {file}", { file: state.file })}</small></label><p class="buttons tight"><button type="button" class="small" data-testid="to-another" onClick=${toAnother}>${t("Another crank")}</button></p><${Scaled} file=${state.file}/>`;
+  return html`<label class="named">${t("Name of the crank")} <input id="crank-called" data-testid="crank-called" maxlength="80" value=${typedName()} onInput=${({ target }) => { naming.value = { file: state.file, name: target.value }; }} onChange=${rename}/><small class="quiet">${t("File: {file}", { file: state.file })}</small></label><p class="buttons tight"><button type="button" class="small" data-testid="to-another" onClick=${toAnother}>${t("Another crank")}</button></p><${Scaled} file=${state.file}/><${Drawn}/>`;
 }
 // Where a crank's solid comes from, if its file was scaled.
 export function Scaled({ file }) {
