@@ -20,7 +20,7 @@ PUBLIC = {
     "crank_from_mesh": "verbs.crank",
     "crank_from_shape": "verbs.crank",
     "read_crank": "verbs.crank",
-    "read_job": "verbs.job",
+    "read_job": "verbs.crank_job",
     **registry.functions(),
 }
 """Public name → the module that holds it."""
@@ -35,10 +35,10 @@ if TYPE_CHECKING:
     from autobalance.drawn_cranks.verb import generate as generate
     from autobalance.engines.bearings.verb import bearing as bearing
     from autobalance.engines.cycle.verb import cycle as cycle
-    from autobalance.engines.factor.verb import factor as factor
+    from autobalance.engines.factor import factor as factor
     from autobalance.engines.forces.verb import forces as forces
-    from autobalance.engines.parts.verb import parts as parts
-    from autobalance.engines.rod.verb import rod as rod
+    from autobalance.engines.parts import parts as parts
+    from autobalance.engines.rod import rod as rod
     from autobalance.engines.shafts.verb import shafts as shafts
     from autobalance.errors import AutobalanceError as AutobalanceError
     from autobalance.finite_elements.verb import fem as fem
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from autobalance.profile_search.verb import design as design
     from autobalance.signals.verb import orders as orders
     from autobalance.studies.batch.verb import batch as batch
-    from autobalance.studies.jobs.verb import jobs as jobs
+    from autobalance.studies.jobs import jobs as jobs
     from autobalance.studies.study.verb import study as study
     from autobalance.test_stands.bench.verb import bench as bench
     from autobalance.test_stands.influence.verb import influence as influence
@@ -62,9 +62,9 @@ if TYPE_CHECKING:
     from autobalance.verbs.crank import crank_from_mesh as crank_from_mesh
     from autobalance.verbs.crank import crank_from_shape as crank_from_shape
     from autobalance.verbs.crank import read_crank as read_crank
+    from autobalance.verbs.crank_job import read_job as read_job
     from autobalance.verbs.init import init as init
     from autobalance.verbs.inspect import inspect as inspect
-    from autobalance.verbs.job import read_job as read_job
     from autobalance.verbs.recut import recut as recut
     from autobalance.verbs.schema import schema as schema
     from autobalance.verbs.verify import verify as verify

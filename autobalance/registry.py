@@ -84,7 +84,7 @@ VERBS: Final[dict[str, Verb]] = {
     ),
     "factor": Verb(
         "show the present balance factor, and the loads, residual and metal of others",
-        "engines.factor.verb",
+        "engines.factor",
         "engines.command:FACTOR",
     ),
     "cycle": Verb(
@@ -104,12 +104,12 @@ VERBS: Final[dict[str, Verb]] = {
     ),
     "parts": Verb(
         "add up the weights of the job: rotating, reciprocating, bob-weights, with uncertainty",
-        "engines.parts.verb",
+        "engines.parts",
         "engines.command:PARTS",
     ),
     "rod": Verb(
         "measure a connecting rod: eyes, mass, end weights, inertia",
-        "engines.rod.verb",
+        "engines.rod",
         "engines.command:ROD",
     ),
     "influence": Verb(
@@ -139,7 +139,7 @@ VERBS: Final[dict[str, Verb]] = {
     ),
     "jobs": Verb(
         "list and search finished jobs, with statistics for each engine",
-        "studies.jobs.verb",
+        "studies.jobs",
         "studies.command:JOBS",
     ),
     "nc": Verb(
@@ -231,7 +231,7 @@ JOB_TABLES: Final = {
 }
 """Key at the top level of a job → the ``AddonTables`` that it belongs to."""
 FILES: Final = {
-    "reading": "job.files.reading:READING_KEYS",
+    "reading": "job.reading:READING_KEYS",
     "trials": "test_stands.influence.input:TRIALS_KEYS",
     "machine": "test_stands.machine.input:MACHINE_KEYS",
     "machine-tool-file": "machining.input:MACHINE_TOOL_KEYS",
@@ -254,20 +254,20 @@ REPORTS: Final = {
     "engine-bench": "test_stands.bench.answer:EngineBenchReport",
     "calc": "report.records.answers:CalcReport",
     "compare": "report.records.compare:CompareReport",
-    "cycle": "engines.cycle.answer:CycleReport",
+    "cycle": "engines.cycle.films:CycleReport",
     "design": "profile_search.answer:DesignReport",
-    "fem": "finite_elements.answer:FemReport",
-    "factor": "engines.factor.answer:FactorReport",
+    "fem": "finite_elements.verb:FemReport",
+    "factor": "engines.factor:FactorReport",
     "forces": "engines.forces.answer:ForcesReport",
     "grade": "formulas.grade:GradeReport",
     "init": "report.records.answers:InitReport",
     "influence": "test_stands.influence.answer:InfluenceReport",
-    "jobs": "studies.jobs.answer:JobsReport",
+    "jobs": "studies.jobs:JobsReport",
     "machine-report": "test_stands.machine.answer:MachineReport",
     "nc": "machining.answer:NcReport",
     "orders": "signals.answer:OrdersReport",
-    "parts": "engines.parts.answer:PartsReport",
-    "rod": "engines.rod.answer:RodReport",
+    "parts": "engines.parts:PartsReport",
+    "rod": "engines.rod:RodReport",
     "rotor": "crank_dynamics.rotor.answer:RotorReport",
     "shafts": "engines.shafts.answer:ShaftsReport",
     "sheet": "report.records.answers:SheetReport",

@@ -22,8 +22,8 @@ sys.path.insert(0, str(ROOT))
 from autobalance.crank_dynamics.torsion.input import OF_A_JOB  # noqa: E402
 from autobalance.declare import FILLED, REQUIRED, Key  # noqa: E402
 from autobalance.drawn_cranks.input import DESIGN, PRESET  # noqa: E402
-from autobalance.job.files.reading import forms_of  # noqa: E402
 from autobalance.job.read_engine import WEIGHTS  # noqa: E402
+from autobalance.job.reading import forms_of  # noqa: E402
 from autobalance.job.tables import job_tables  # noqa: E402
 from autobalance.profile_search.input import DESIGN_KEYS  # noqa: E402
 from autobalance.registry import FILES  # noqa: E402

@@ -12,7 +12,7 @@ from autobalance.drawn_cranks.design import PRESETS, Design
 from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.drawn_cranks.truth import crank_anatomy
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.solid.roughness.estimate import unit_at_vertices
+from autobalance.solid.roughness import unit_at_vertices
 from autobalance.types import Array, Indices
 from tests.generated import random_placement
 from tests.scans import WHITE_SHARE, Scan, waves

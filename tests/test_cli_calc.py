@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 import autobalance as ab
-from autobalance.theory.calling import call, names
+from autobalance.formulas.calc import call, names
 from tests import jobs
 from tests.reference.published import CASES, EXACT, inputs
 

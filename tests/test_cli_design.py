@@ -20,13 +20,12 @@ from autobalance.errors import FileError, JobError
 from autobalance.finite_elements.throws import bodies_of_solid
 from autobalance.profile_search import strength
 from autobalance.profile_search import written as solids
-from autobalance.profile_search.answer import SearchFigures, infeasible_reason, step_notes
+from autobalance.profile_search.answer import SearchFigures, infeasible_reason, remedies, step_notes
 from autobalance.profile_search.candidates import Candidate, SearchResult, chosen, front, judged, with_refined
 from autobalance.profile_search.free_metal import free_metal
 from autobalance.profile_search.input import load_design
 from autobalance.profile_search.level_sets import CLOSENESS_STEPS, begun, level_set_for_balance, level_sets
 from autobalance.profile_search.problem import MAX_SHARE, Problem
-from autobalance.profile_search.remedies import remedies
 from autobalance.profile_search.search import Generation, judged_start, searched
 from autobalance.profile_search.verb import design
 from autobalance.profile_search.written import design_step, with_profiles

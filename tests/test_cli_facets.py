@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.balancing.chordal_correction import MAX_DOUBT, needed
 from autobalance.balancing.facet_correction import FacetCorrection
+from autobalance.balancing.record import MAX_DOUBT, needed
 from autobalance.drawn_cranks.design import preset
 from autobalance.drawn_cranks.generate import crank_solid, exact_moments
 from autobalance.rigid_rotor.tolerance import Tolerance

@@ -26,9 +26,9 @@ from autobalance.correction.overlap import Overlap
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError, FormatError, JobError
 from autobalance.job import Job
-from autobalance.planning.answer import JobChange, Relaxation
 from autobalance.planning.depths import Plan
 from autobalance.planning.milp_model import is_never
+from autobalance.planning.relaxation import JobChange, Relaxation
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import LIMITS_SOUGHT, Notify, Skipped, skippable

@@ -36,9 +36,9 @@ from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.overlap import Overlap, taken_in_turn
 from autobalance.correction.registry import setup_order
 from autobalance.crank.anatomy import Web
-from autobalance.planning.answer import Relaxation, Step
 from autobalance.planning.depths import AIM_SHARE, Plan, worthwhile
 from autobalance.planning.reject_worse import harmless, is_harmless
+from autobalance.planning.relaxation import Relaxation, Step
 from autobalance.planning.too_light import too_light_g_mm, too_light_text
 from autobalance.planning.whole_cuts import choose, settable
 from autobalance.quantities import said

@@ -26,8 +26,7 @@ from autobalance.known import once
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.runtime import Stopwatch
 from autobalance.solid.chordal_error.estimate import ChordalError
-from autobalance.solid.chordal_error.of_mesh import chordal_error_of_mesh
-from autobalance.solid.chordal_error.of_scans import chordal_error_of_scan
+from autobalance.solid.chordal_error.of_mesh import chordal_error_of_mesh, chordal_error_of_scan
 from autobalance.solid.formats.read import Source, read
 
 if TYPE_CHECKING:

@@ -15,11 +15,10 @@ from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.faces import find_faces
 from autobalance.errors import CorrectionError, SolidError
-from autobalance.planning.answer import Relaxation
 from autobalance.planning.cut_curves import Task, part_of, usual
 from autobalance.planning.depths import AIM_SHARE, Plan, worthwhile
 from autobalance.planning.reject_worse import harmless, is_harmless, same_setups
-from autobalance.planning.relaxation import Attempt, lighter, relaxations
+from autobalance.planning.relaxation import Attempt, Relaxation, lighter, relaxations
 from autobalance.planning.too_light import (
     Shortfall,
     explain_shortfall,

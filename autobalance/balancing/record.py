@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
+import numpy as np
+
+from autobalance.balancing.facet_correction import FacetCorrection
 from autobalance.declare import ABSENT, Absent, NotNegative, Ordinal, Pair, Sha256, record
+from autobalance.quantities import g_mm, mm, said
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Moments, Share
+from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.types import Array
 from autobalance.units import G_MM2_PER_KG_MM2
 from autobalance.value_classes import dataclass
 
-if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that these load
+if TYPE_CHECKING:
     from autobalance.balancing.external import CarriedUnbalance
     from autobalance.balancing.kept import KeptPlan
     from autobalance.balancing.loop import Result
@@ -252,3 +260,82 @@ class Record:
     present: float | Absent | None = ABSENT
     suggested: tuple[Aim, Sequence[Suggestion], Sequence[Refused]] | None = None
     against: Against | None = None
+
+
+# The report's entry on a mesh's facets, and the fineness that a grade needs of them.
+
+
+MAX_DOUBT = 1.0 / 3.0
+"""Share of a permissible value that facets may put in doubt before a mesh is too coarse for the grade."""
+
+
+def facet_entry(
+    facets: ChordalError | None,
+    correction: FacetCorrection,
+    finer: TooCoarse | None = None,
+    after: Moments | None = None,
+) -> FacetError | None:
+    """Return the report's entry on the facets; ``after`` is the correction of the cut crank."""
+    if facets is None:
+        return None
+    added = None
+    if correction.mass:
+        before = correction.part(facets.missing)
+        left = before if after is None else after
+        added = HiddenMetalAdded(before=HiddenMetal.of(before), after=HiddenMetal.of(left))
+    return FacetError(
+        mass_g=facets.missing.mass_g,
+        unbalance_g_mm=facets.unbalance_g_mm,
+        mass_bar_g=facets.mass_bar_g,
+        unbalance_bar_g_mm=facets.unbalance_bar_g_mm,
+        sag_mm=facets.sag_mm,
+        correction=correction.verdict,
+        reason=correction.reason,
+        added=added,
+        too_coarse=finer,
+    )
+
+
+def needed(facets: ChordalError, tolerance: Tolerance, share: Share) -> TooCoarse | None:
+    """Return the fineness that a tolerance needs of the facets; None where they are fine enough.
+
+    Their error falls as the square of their number around a circle, as does their chord height.
+    """
+    used = [share.resultant_g_mm / tolerance.permissible_g_mm]
+    if tolerance.judge == "dynamic":
+        planes = zip(share.planes_g_mm, tolerance.planes, strict=True)
+        used += [hidden / plane.permissible_g_mm for hidden, plane in planes]
+    place = int(np.argmax(used))
+    if used[place] <= MAX_DOUBT:
+        return None
+    finer = math.sqrt(used[place] / MAX_DOUBT)
+    names = ["the resultant", *(f"plane {plane.name}" for plane in tolerance.planes)]
+    hidden = (share.resultant_g_mm, *share.planes_g_mm)[place]
+    permitted = hidden / used[place]
+    sag = facets.sag_mm / finer**2
+    chord = (
+        said(
+            "a chord height of {} at most (now {}), ",
+            mm(_two_digits(sag, math.floor), "g"),
+            mm(facets.sag_mm, ".2g"),
+        )
+        if sag > 0.0
+        else ""
+    )
+    text = said(
+        "the mesh is too coarse for G {}: its facets put {} of {} in doubt, of {} permitted; "
+        "a third of that needs {}{} times as many facets around a circle, or the crank as STEP",
+        f"{tolerance.grade_mm_s:g}",
+        g_mm(hidden, ".2f"),
+        names[place],
+        g_mm(permitted, ".2f"),
+        chord,
+        f"{_two_digits(finer, math.ceil):g}",
+    )
+    return TooCoarse(finer=finer, needed_sag_mm=sag, text=text)
+
+
+def _two_digits(value: float, rounded: Callable[[float], int]) -> float:
+    """Return a value to two digits, ``rounded`` down or up."""
+    place = 1 - math.floor(math.log10(value))
+    return round(rounded(round(value * 10.0**place, 6)) / 10.0**place, max(place, 0))

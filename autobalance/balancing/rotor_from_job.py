@@ -15,8 +15,7 @@ from autobalance.correction.contract import Correction, EarlierCut
 from autobalance.crank.anatomy import Anatomy, Doubt, Face, MainJournal, Pin, exchanged
 from autobalance.errors import JobError
 from autobalance.job import Attached, EngineParts, Job, PartWeights, Weight
-from autobalance.job.model import LinkRod, ThrowParts
-from autobalance.job.model.engine import AssemblyEntry
+from autobalance.job.model import AssemblyEntry, LinkRod, ThrowParts
 from autobalance.quantities import Quantity, joined, said
 from autobalance.rigid_rotor.staged_assembly import AssemblyStage, Part, ShaftState, assemble
 from autobalance.rigid_rotor.tolerance import OtherRotor, Tolerance

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
 from autobalance.balancing import (
-    chordal_correction,
     engine_from_job,
     measured_crank,
+    record,
     rotor_from_job,
     sections,
     uncertainty_budget,
@@ -337,9 +337,9 @@ def _facet_entry(crank: Crank, tolerance: Tolerance, result: Result) -> FacetErr
     finer = None
     faceted = None if crank.source.exact is not None else crank.facets
     if faceted is not None and result.doubt is not None and "facets" in result.doubt.shares:
-        finer = chordal_correction.needed(faceted, tolerance, result.doubt.shares["facets"])
+        finer = record.needed(faceted, tolerance, result.doubt.shares["facets"])
     after = None if result.measured is None else result.measured.added - crank.calibrated
-    return chordal_correction.facet_entry(crank.facets, crank.correction, finer, after)
+    return record.facet_entry(crank.facets, crank.correction, finer, after)
 
 
 def counterweights_of(crank: Crank) -> Moments | None:

@@ -19,7 +19,7 @@ from autobalance.balancing.scan_uncertainty import ONE_AXIS_SIGMAS_95, Patches, 
 from autobalance.crank.anatomy import Anatomy, Pin
 from autobalance.declare import KG_M3, UNWRITTEN, NotNegative, Positive
 from autobalance.errors import JobError
-from autobalance.job.model.engine import Calibrate, CrankReadings
+from autobalance.job.model import Calibrate, CrankReadings
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.solid.mesh.mesh import Mesh

@@ -10,7 +10,7 @@ import numpy as np
 from autobalance.crank.datums import ScanFit
 from autobalance.rigid_rotor.unbalance import Moments, Places, Share, Unbalance, root_sum
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.solid.roughness.estimate import smoothed_normals
+from autobalance.solid.roughness import smoothed_normals
 from autobalance.types import Array
 from autobalance.value_classes import dataclass
 

@@ -20,9 +20,8 @@ from autobalance.declare import NotNegative, Ordinal
 from autobalance.quantities import mm, said
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.mesh.measure import mesh_moments
+from autobalance.solid.mesh.measure import Stretches, mesh_moments
 from autobalance.solid.mesh.mesh import Mesh, least_and_greatest
-from autobalance.solid.mesh.stretches import Stretches
 from autobalance.solid.slicing.slices import cross_sections
 from autobalance.types import Array, Indices
 from autobalance.value_classes import dataclass

@@ -8,8 +8,8 @@ from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin
 
 from autobalance.declare import FILLED, REQUIRED, UNIT_BY_ENDING, Key, unit_of_name
-from autobalance.job.files.reading import forms_of
 from autobalance.job.limits import correction_key
+from autobalance.job.reading import forms_of
 from autobalance.job.tables import job_tables
 from autobalance.job.template import in_plain_text
 from autobalance.profile_search.input import START_TABLES

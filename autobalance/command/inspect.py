@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from autobalance.command.console import add_progress, mode_of, shown
-from autobalance.command.options import add_json, add_units
-from autobalance.command.readers import bodies_named, body_of, places, unit_or_mm
+from autobalance.command.options import add_json, add_units, bodies_named, body_of, places, unit_or_mm
 from autobalance.command.verb import (
     NOT_TYPED,
     OPTIONS_OF_CRANK,

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from autobalance.command import readers
+from autobalance.command import options
 from autobalance.command.console import add_objects
 from autobalance.command.help_groups import most_used_first
 from autobalance.command.options import add_json
@@ -75,22 +75,22 @@ class Option(NamedTuple):
     endings: Callable[[], tuple[str, ...]] | None = None
 
 
-UNIT = Option(normal=readers.length_unit)
+UNIT = Option(normal=options.length_unit)
 COMMON: Mapping[str, Option] = {
     "cluster": Option(metavar="tcp://HOST:PORT"),
     "cluster_timeout_s": Option(("--cluster-timeout",), metavar="S"),
     "reference_z_mm": Option(("--reference-z",), metavar="MM"),
-    "settings": Option(("--set",), metavar="KEY=VALUE", read=readers.settings, repeated=True),
+    "settings": Option(("--set",), metavar="KEY=VALUE", read=options.settings, repeated=True),
     "unit": UNIT,
 }
 """Parameters that have the same form in every command."""
-SUGGEST_OPTION = Option(metavar="KEY=VALUE", read=readers.wanted, repeated=True, alone="")
+SUGGEST_OPTION = Option(metavar="KEY=VALUE", read=options.wanted, repeated=True, alone="")
 EXCLUSIVE_OPTIONS = (("workers", "cluster"),)
 READERS: Mapping[str, Callable[[str, Any], Any]] = {
-    "Sequence[float]": readers.numbers,
-    "tuple[float, float]": readers.number_pair,
-    "tuple[str, str]": readers.word_pair,
-    "Mapping[str, float]": readers.number_table,
+    "Sequence[float]": options.numbers,
+    "tuple[float, float]": options.number_pair,
+    "tuple[str, str]": options.word_pair,
+    "Mapping[str, float]": options.number_table,
 }
 """Type of a parameter → how its text is read."""
 NUMBERS: Mapping[str, type] = {"int": int, "float": float}

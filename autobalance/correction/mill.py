@@ -21,16 +21,18 @@ from autobalance.correction.faces.patches import face_region, heavy_direction
 from autobalance.correction.holes.sites import in_sectors
 from autobalance.correction.kind import ENTRY_MM, KEPT_MM, Candidates, Kind, Workpiece
 from autobalance.correction.machining import SEGMENTS, AreaOperation, Operation
-from autobalance.correction.pockets.pocket import (
+from autobalance.correction.pockets import (
     CLEAR_MM,
     SKIN_MM,
     Below,
     MillLimits,
     Pocket,
+    PocketTrace,
     lies_in,
+    listed_pocket,
+    listed_side,
     pockets,
 )
-from autobalance.correction.pockets.trace import PocketTrace, listed_pocket, listed_side
 from autobalance.correction.relaxing import ALL_AROUND, Relaxing, deeper, thinner, wall_missed
 from autobalance.correction.trace import Trace, stated_number
 from autobalance.crank.anatomy import Anatomy, Face

@@ -24,7 +24,7 @@ from autobalance.correction.cut import EmptyPlace, listed, metal_within
 from autobalance.correction.kind import Candidates, Kind, Workpiece
 from autobalance.correction.machining import Operation, rim_operation
 from autobalance.correction.relaxing import STEP, Relaxing, WiderLimits, refuse_out_of_range
-from autobalance.correction.rings.trace import (
+from autobalance.correction.rings import (
     RingTrace,
     faceted_ring,
     far_mm,
@@ -42,7 +42,7 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Joined, Shape, equal_area
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.csg.tool import Tool, ring
-from autobalance.solid.mesh.stretches import Stretches
+from autobalance.solid.mesh.measure import Stretches
 from autobalance.types import Array
 from autobalance.value_classes import dataclass
 

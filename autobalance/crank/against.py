@@ -12,7 +12,7 @@ import numpy as np
 from autobalance.crank.anatomy import Anatomy
 from autobalance.declare import UNWRITTEN, NotNegative, Pair, Positive, Triple
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.solid.roughness.estimate import vertex_areas
+from autobalance.solid.roughness import vertex_areas
 from autobalance.types import Array, Indices
 from autobalance.value_classes import dataclass
 

@@ -11,8 +11,7 @@ from typing import Any, TextIO
 from autobalance.errors import AutobalanceError, FileError
 from autobalance.job.from_options import HEADED, filled_in, job_text
 from autobalance.report.files import Staging
-from autobalance.toml_files.document import toml_of, toml_value
-from autobalance.toml_files.settings import with_settings
+from autobalance.toml_files.document import toml_of, toml_value, with_settings
 from autobalance.toml_files.typed_units import FILL_IN, leaves
 from autobalance.value_classes import dataclass
 

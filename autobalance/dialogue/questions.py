@@ -17,7 +17,7 @@ from autobalance.materials import MATERIALS
 from autobalance.report.files import seen_from
 from autobalance.solid.formats.registry import needs_unit
 from autobalance.solid.formats.table import endings
-from autobalance.toml_files.convert import did_you_mean
+from autobalance.toml_files.table import did_you_mean
 from autobalance.toml_files.typed_units import TYPED_UNITS
 from autobalance.units import MM_PER
 
@@ -249,8 +249,7 @@ def _pressed_up(talk: Talk) -> bool:
 
 def _table_of_factors(talk: Talk) -> Sequence[str]:
     """Return the table of ``factor`` for the answers so far."""
-    from autobalance.engines.factor.text import factor_text
-    from autobalance.engines.factor.verb import factor
+    from autobalance.engines.factor import factor, factor_text
     from autobalance.report.display_units import ON_SCREEN
 
     if any(talk.value(key) is None for key in (ROTATING, RECIPROCATING)):

@@ -5,12 +5,28 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from autobalance.command.options import add_json, add_units
-from autobalance.command.readers import dimensions
+from autobalance.command.options import add_json, add_units, dimensions
 from autobalance.command.verb import SUGGEST_OPTION, Option, Verb
-from autobalance.drawn_cranks.preset_names import PRESET_NAMES
 from autobalance.errors import UsageError
 from autobalance.solid.formats.table import written_endings
+
+# Names of the bundled designs, for the help of the command: it loads no design.
+
+
+PRESET_NAMES = (
+    "single",
+    "pressed-up-single",
+    "pressed-up-single-no-pin",
+    "v-twin-45",
+    "parallel-twin-360",
+    "inline-3",
+    "inline-4",
+    "inline-6",
+    "v6-60",
+    "v8-crossplane",
+    "v8-flatplane",
+    "v12-60",
+)
 
 
 def _presets() -> tuple[str, ...]:

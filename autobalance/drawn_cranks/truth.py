@@ -17,7 +17,7 @@ from autobalance.crank.anatomy import (
     Throw,
     Web,
 )
-from autobalance.crank.recognition.journal_rules import RING_DOUBT
+from autobalance.crank.recognition.through_shaft import RING_DOUBT
 from autobalance.drawn_cranks.design import Design
 from autobalance.drawn_cranks.generate import (
     AxialPlan,

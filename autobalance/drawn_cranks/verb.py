@@ -71,7 +71,7 @@ class GenerateResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
-        from autobalance.drawn_cranks.text import generate_text
+        from autobalance.drawn_cranks.answer import generate_text
         from autobalance.report.display_units import ON_SCREEN
 
         return generate_text(self.content, ON_SCREEN[units])

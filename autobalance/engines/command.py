@@ -6,8 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from autobalance.command.options import add_json, add_plots, add_series, add_units
-from autobalance.command.readers import body_of, numbers
+from autobalance.command.options import add_json, add_plots, add_series, add_units, body_of, numbers
 from autobalance.command.verb import NOT_TYPED, Keywords, Option, Verb
 from autobalance.errors import UsageError
 from autobalance.solid.formats.table import endings
@@ -39,7 +38,7 @@ FORCES = Verb(
 
 
 FACTOR = Verb(
-    "engines.factor.verb:factor",
+    "engines.factor:factor",
     examples=(
         "autobalance factor job.toml",
         "autobalance factor crank.stl --unit mm --material steel --rotating-g 134.04 --reciprocating-g 261.5",
@@ -106,7 +105,7 @@ SHAFTS = Verb(
 
 
 PARTS = Verb(
-    "engines.parts.verb:parts",
+    "engines.parts:parts",
     examples=("autobalance parts job.toml --set balance.factor=0.5",),
     options={"job": Option(metavar="JOB.toml")},
     writes=(add_json, add_units, add_plots),
@@ -118,7 +117,7 @@ PARTS = Verb(
 
 def _adjust(keywords: Keywords, _: argparse.Namespace) -> None:
     """Refuse half a question; take millimetres where neither file nor option has a unit."""
-    from autobalance.command.readers import unit_or_mm
+    from autobalance.command.options import unit_or_mm
     from autobalance.solid.formats.registry import names_bodies
 
     path = Path(keywords["file"])
@@ -129,7 +128,7 @@ def _adjust(keywords: Keywords, _: argparse.Namespace) -> None:
 
 
 ROD = Verb(
-    "engines.rod.verb:rod",
+    "engines.rod:rod",
     examples=(
         "autobalance rod rod.stl --unit mm --density-kg-m3 7850",
         "autobalance rod engine.step --body rod --stroke-mm 53.8 --speed-rpm 12000",

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+from autobalance.declare import INLINE, NotNegative, Sha256, record
 from autobalance.errors import UsageError
-from autobalance.finite_elements.answer import FemFile, FemReport
-from autobalance.report.plots import Plots
+from autobalance.finite_elements.analysis import Answer, FemMode
+from autobalance.report.plots import Plot, Plots
+from autobalance.report.records.answers import Head
 from autobalance.runtime import Progress, no_progress
 from autobalance.verbs.declaration import documented
 from autobalance.verbs.result import VerbResult
@@ -16,6 +19,93 @@ from autobalance.verbs.result import VerbResult
 if TYPE_CHECKING:
     from autobalance.finite_elements.input import FemJob
     from autobalance.finite_elements.mesher import SurfaceSolid
+
+
+# The report of `fem`.
+
+
+@record
+class FemFile:
+    """The solid's file."""
+
+    file: str
+    sha256: Sha256
+    format: str | None
+    repairs: Sequence[str]
+
+
+@record
+class FemReport(Head):
+    """Natural modes or static stress of a solid."""
+
+    command: Literal["fem"] = "fem"
+    analysis: Mapping[str, Any]
+    input: FemFile
+    answer: Annotated[Answer, INLINE]
+    seconds: NotNegative
+
+
+# The words and tables of a finite-element analysis.
+
+
+def fem_text(report: FemReport) -> str:
+    answer = report.answer
+    mesh = answer.mesh
+    lines = [
+        f"{mesh.tetrahedra} quadratic tetrahedra, {mesh.nodes} nodes, size {mesh.size_mm:.4g} mm; "
+        f"volume off by {100.0 * mesh.volume_error:.2g} %",
+        "",
+        *(_static(answer) if answer.modes is None else _modes(answer.modes)),
+        "",
+        "mesh size [mm]   nodes   " + ("principal [MPa]" if answer.modes is None else "frequencies [Hz]"),
+    ]
+    for level in answer.convergence:
+        shown = level.frequencies_hz or level.values[:1]
+        values = "  ".join(f"{value:.2f}" for value in shown)
+        lines.append(f"{level.size_mm:14.4g} {level.nodes:7d}   {values}")
+    return "\n".join(lines)
+
+
+def _modes(modes: Sequence[FemMode]) -> list[str]:
+    return ["mode   frequency [Hz]        ±   kind"] + [
+        f"{mode.number:4d} {mode.frequency_hz:16.2f} {mode.error_hz:8.2g}   {mode.kind}" for mode in modes
+    ]
+
+
+def _static(answer: Answer) -> list[str]:
+    lines = []
+    if stress := answer.stress:
+        principal, error = stress.greatest_principal_MPa, stress.error_MPa
+        at = ", ".join(f"{value:.2f}" for value in stress.at_mm)
+        lines += [
+            f"largest von Mises stress     {stress.greatest_von_mises_MPa:.2f} MPa at ({at}) mm",
+            f"largest principal stress     {principal:.2f} MPa, ± {error:.2g} MPa",
+        ]
+    if answer.displacement is not None:
+        lines.append(f"maximum displacement        {answer.displacement.greatest_mm:.4g} mm")
+    if answer.reactions_N is not None:
+        reactions = ", ".join(f"{value:.1f}" for value in answer.reactions_N)
+        lines.append(f"reactions                    ({reactions}) N")
+    return lines
+
+
+# Convergence of a finite-element analysis from mesh to mesh, as plots.
+
+
+def fem_plots(report: FemReport) -> dict[str, Plot]:
+    """Return a bar chart of the modes' frequencies, or of the stress, for each mesh."""
+    from autobalance.report import plots
+
+    modes, levels = report.answer.modes, report.answer.convergence
+    if modes is not None:
+        places = [f"{mode.number} ({mode.kind})" for mode in modes]
+        groups = {f"{level.nodes} nodes": level.values for level in levels}
+        drawn = plots.named_bars("Natural frequencies", ("mode", "frequency [Hz]"), places, groups)
+        return {"fem-modes": drawn}
+    places = [f"{level.nodes} nodes" for level in levels]
+    heights = {"maximum principal stress": [level.values[0] for level in levels]}
+    return {"fem-stress": plots.named_bars("Maximum stress", ("mesh", "stress [MPa]"), places, heights)}
+
 
 TRUE_SURFACE_ENDINGS = (".step", ".stp")
 """Endings of files whose true surfaces the mesher takes."""
@@ -30,14 +120,10 @@ class FemResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the analysis as lines for people; always metric."""
-        from autobalance.finite_elements.show import fem_text
-
         return fem_text(self.content)
 
     def plots(self) -> Plots:
         """Return plots of the result from mesh to mesh."""
-        from autobalance.finite_elements.show import fem_plots
-
         return Plots(fem_plots(self.content))
 
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from autobalance.command.options import add_json, add_plots, add_units
-from autobalance.command.readers import mass_unit, unbalance_unit
+from autobalance.command.options import add_json, add_plots, add_units, mass_unit, unbalance_unit
 from autobalance.command.verb import Option, Verb
 from autobalance.errors import UsageError
 from autobalance.units import G_MM_PER, G_PER
@@ -34,8 +33,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Calculate; 0 unless a value is wrong."""
     from autobalance.command.console import say
     from autobalance.command.finish import finish
-    from autobalance.formulas.calc import calc
-    from autobalance.theory.calling import names, summary_of
+    from autobalance.formulas.calc import calc, names, summary_of
 
     if arguments.list:
         width = max(len(name) for name in names())
@@ -58,7 +56,7 @@ def help_for(words: list[str]) -> str | None:
     name = next((word for word in words[1:] if not word.startswith("-") and "=" not in word), None)
     if not asks or name is None:
         return None
-    from autobalance.theory.calling import usage_of
+    from autobalance.formulas.calc import usage_of
 
     return usage_of(name)
 

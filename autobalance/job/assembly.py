@@ -10,7 +10,7 @@ from typing import Any
 
 from autobalance.declare import ANY, NOT_NEGATIVE, POSITIVE, Key, Values
 from autobalance.errors import JobError
-from autobalance.job.model.engine import AssemblyEntry, LengthUnit, PartSolid
+from autobalance.job.model import AssemblyEntry, LengthUnit, PartSolid
 from autobalance.job.read_crankshaft import density_keys
 from autobalance.rigid_rotor.staged_assembly import CRANK, KeyShare, ShaftKey
 from autobalance.units import G_PER_MM3_PER_KG_M3

@@ -18,8 +18,7 @@ from autobalance.job.model import Crankshaft
 from autobalance.job.read import Job
 from autobalance.job.read_crankshaft import described_holes, described_readings
 from autobalance.solid.formats.registry import needs_unit
-from autobalance.toml_files.document import toml_text
-from autobalance.toml_files.settings import set_key, with_settings
+from autobalance.toml_files.document import set_key, toml_text, with_settings
 from autobalance.toml_files.typed_units import FILL_IN
 from autobalance.units import G_PER_MM3_PER_KG_M3
 from autobalance.user_folders import SHOP_FILE

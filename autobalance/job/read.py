@@ -24,24 +24,22 @@ from autobalance.job.balance import (
 from autobalance.job.layout import located, shaft_values, shafts_of, with_shop
 from autobalance.job.limits import ShopTools, correction_of
 from autobalance.job.model import (
+    AssemblyEntry,
     Balance,
     BalanceShaftEntry,
     Crankshaft,
     EngineParts,
     PartWeights,
 )
-from autobalance.job.model.engine import AssemblyEntry
 from autobalance.job.read_crankshaft import CRANKSHAFT, crankshaft_of, of_no_file
 from autobalance.job.read_engine import engine_of, engine_values, original_of, weight_values
 from autobalance.job.solids import with_measured_rod, with_weighed_solids
 from autobalance.job.tables import TOP_KEYS, AddonTables, TablesRead, addon_tables, job_tables
 from autobalance.solid.formats.registry import FOREIGN_CAD
 from autobalance.solid.formats.table import endings
-from autobalance.toml_files.document import text_of, toml_of, toml_value
-from autobalance.toml_files.faults import Faults
+from autobalance.toml_files.document import text_of, toml_of, toml_value, with_settings
 from autobalance.toml_files.keys import plain, read, value_of
-from autobalance.toml_files.settings import with_settings
-from autobalance.toml_files.table import Table, unknown_keys
+from autobalance.toml_files.table import Faults, Table, unknown_keys
 from autobalance.toml_files.typed_units import (
     FILL_IN,
     gathered_in_base_units,

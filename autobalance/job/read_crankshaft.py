@@ -12,14 +12,13 @@ import numpy as np
 from autobalance.crank.anatomy import Overrides, PinHint
 from autobalance.declare import COUNTED, FILLED, NOT_NEGATIVE, POSITIVE, REQUIRED, Key, Values
 from autobalance.errors import JobError
-from autobalance.job.model import Crankshaft, LengthUnit
-from autobalance.job.model.engine import Calibrate, CrankReadings
+from autobalance.job.model import Calibrate, CrankReadings, Crankshaft, LengthUnit
 from autobalance.materials import MATERIALS
 from autobalance.runtime import note_read
 from autobalance.solid.formats.registry import names_bodies, needs_unit
 from autobalance.solid.soundness.holes import OpenHoles
-from autobalance.toml_files.convert import convert
 from autobalance.toml_files.keys import read
+from autobalance.toml_files.table import convert
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 # Keys of ``[crankshaft]`` for a crank that was scanned: the scanner, a scale, a micrometer.

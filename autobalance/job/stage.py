@@ -8,7 +8,7 @@ from typing import Any
 
 from autobalance.correction import KINDS
 from autobalance.job.balance import LISTED, planned_anew
-from autobalance.job.model.engine import CrankReadings
+from autobalance.job.model import CrankReadings
 from autobalance.job.read import Job, parse
 
 USUAL_PREFERENCE = "simple"

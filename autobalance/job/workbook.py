@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from autobalance.errors import JobError
-from autobalance.toml_files.document import refuse_deep, toml_value
-from autobalance.toml_files.settings import set_key
+from autobalance.toml_files.document import refuse_deep, set_key, toml_value
 from autobalance.toml_files.spreadsheet import sheet_cells
 from autobalance.value_classes import dataclass
 

@@ -12,8 +12,8 @@ import numpy as np
 from autobalance.correction.holes.hole import drill_body
 from autobalance.correction.holes.surface import Axis
 from autobalance.correction.machining import AreaOperation, HoleOperation, Operation
-from autobalance.correction.rings.trace import EQUAL_AREA, RING_SIDES, faceted_ring
-from autobalance.correction.rings.trace import EQUAL_AREA as RING_EQUAL_AREA
+from autobalance.correction.rings import EQUAL_AREA, RING_SIDES, faceted_ring
+from autobalance.correction.rings import EQUAL_AREA as RING_EQUAL_AREA
 from autobalance.errors import FormatError
 from autobalance.machining.area_moves import CIRCUMSCRIBED_RATIO, SIDES, Stock
 from autobalance.machining.input import CuttingTool, MachineTool, NcZero, SetupName, placement

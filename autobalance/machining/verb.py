@@ -42,8 +42,8 @@ class NcResult(VerbResult):
 
     @cached_property
     def _files(self) -> dict[str, bytes]:
+        from autobalance.machining.answer import setup_sheet
         from autobalance.machining.run import tool_table
-        from autobalance.machining.show import setup_sheet
 
         files = {name: text.encode("ascii") for name, text in self.programs.items()}
         if self.run.machine.spindle.post == "linuxcnc":
@@ -56,7 +56,7 @@ class NcResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return a summary of the programs, and of the residual after them."""
-        from autobalance.machining.show import nc_text
+        from autobalance.machining.answer import nc_text
 
         return nc_text(self.run)
 
@@ -97,9 +97,9 @@ def nc(
     from dataclasses import replace
 
     from autobalance.errors import JobError, UsageError
+    from autobalance.machining.answer import nc_report
     from autobalance.machining.input import read_machine_tool
     from autobalance.machining.run import nc_run
-    from autobalance.machining.values import nc_report
 
     tool = read_machine_tool(machine)
     if finish_mm is not None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from reportlab.platypus import Flowable, KeepTogether, Spacer
 
-from autobalance.engines.forces.show import stack
+from autobalance.engines.forces.answer import stack
 from autobalance.paper.certificate import MARGIN_MM, PAPERS_MM, Paper, Sheet, prose, template, written
 from autobalance.paper.cuts import Column, table
 from autobalance.paper.machine_page import external_table, fit_g

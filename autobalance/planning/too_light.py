@@ -14,8 +14,7 @@ from autobalance.correction import Limits
 from autobalance.correction.contract import Cut
 from autobalance.correction.kind import Workpiece
 from autobalance.crank.faces import find_faces
-from autobalance.planning.answer import JobChange, Relaxation
-from autobalance.planning.relaxation import Attempt
+from autobalance.planning.relaxation import Attempt, JobChange, Relaxation
 from autobalance.planning.ties import key
 from autobalance.planning.whole_cuts import choose
 from autobalance.quantities import Quantity, g_mm, joined, mm, said

@@ -26,9 +26,8 @@ from autobalance.declare import (
 from autobalance.errors import JobError
 from autobalance.job.read import Job, parse, tables_of
 from autobalance.job.tables import job_tables
-from autobalance.toml_files.faults import Faults
 from autobalance.toml_files.keys import read
-from autobalance.toml_files.table import Table, unknown_keys
+from autobalance.toml_files.table import Faults, Table, unknown_keys
 from autobalance.toml_files.typed_units import in_base_units
 from autobalance.value_classes import dataclass
 

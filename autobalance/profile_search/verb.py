@@ -140,10 +140,10 @@ def _result(findings: SearchResult, started: float, notify: Progress) -> DesignR
         SearchFigures,
         front_of,
         infeasible_reason,
+        remedies,
         step_notes,
     )
     from autobalance.profile_search.candidates import chosen, with_refined
-    from autobalance.profile_search.remedies import remedies
     from autobalance.profile_search.search import judged_start
 
     problem = findings.problem

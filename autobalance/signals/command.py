@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from autobalance.command.options import add_json, add_output, add_plots
-from autobalance.command.readers import factors_by_name
+from autobalance.command.options import add_json, add_output, add_plots, factors_by_name
 from autobalance.command.verb import Keywords, Option, Verb
 from autobalance.errors import UsageError
 

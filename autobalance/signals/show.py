@@ -17,9 +17,14 @@ from autobalance.types import Array
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from autobalance.signals.answer import BearingFigures, RecordAnalysis, TurningSpeed
+    from autobalance.signals.answer import (
+        BearingFigures,
+        ComparedOrder,
+        OrderFigures,
+        RecordAnalysis,
+        TurningSpeed,
+    )
     from autobalance.signals.by_angle import Circles
-    from autobalance.signals.explained import ComparedOrder, OrderFigures
     from autobalance.signals.spectra import Band
 
 

@@ -57,8 +57,8 @@ class OrdersResult(VerbResult):
 
     def files(self) -> Mapping[str, bytes]:
         """Return ``orders.html``, a page with the record to zoom into, and ``psd.csv``."""
+        from autobalance.signals.answer import psd_csv
         from autobalance.signals.page import orders_page
-        from autobalance.signals.values import psd_csv
 
         if self.analysis is None:
             return {}
@@ -191,9 +191,7 @@ def orders(
     [0.0, 0.5, 0.0]
     """
     from autobalance.signals.analysis import Question, analyse
-    from autobalance.signals.answer import Asked, OrdersReport
-    from autobalance.signals.explained import explained
-    from autobalance.signals.values import orders_values
+    from autobalance.signals.answer import Asked, OrdersReport, explained, orders_values
 
     question = Question(
         channel=channel, speed_rpm=speed_rpm, tacho=tacho, pulses_per_rev=pulses_per_rev, threshold=threshold,

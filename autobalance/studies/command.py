@@ -102,7 +102,7 @@ BATCH = Verb(
 
 
 JOBS = Verb(
-    "studies.jobs.verb:jobs",
+    "studies.jobs:jobs",
     examples=("autobalance jobs results", "autobalance jobs results --find CRF250R -o archive"),
     options={"folder": Option(positional=True, metavar="FOLDER"), "find": Option(metavar="TEXT")},
     writes=(add_output("the report and jobs.csv"), add_json, add_units),

@@ -24,10 +24,17 @@ from autobalance.declare import (
     names,
 )
 from autobalance.errors import JobError
-from autobalance.toml_files.convert import LARGEST_OF_ALL, MAX_NUMBER, point_for_comma, shown, tell
 from autobalance.toml_files.document import text_of, toml_of
-from autobalance.toml_files.faults import Faults
-from autobalance.toml_files.table import Table, unknown_keys
+from autobalance.toml_files.table import (
+    LARGEST_OF_ALL,
+    MAX_NUMBER,
+    Faults,
+    Table,
+    point_for_comma,
+    shown,
+    tell,
+    unknown_keys,
+)
 from autobalance.toml_files.typed_units import TYPED_UNITS, TypedUnit, in_base_units
 
 T = TypeVar("T")

@@ -10,9 +10,7 @@ from typing import Any
 from autobalance.declare import COUNTED
 from autobalance.errors import JobError
 from autobalance.materials import MATERIALS
-from autobalance.toml_files.convert import did_you_mean, point_for_comma, shown, tell
-from autobalance.toml_files.faults import Faults
-from autobalance.toml_files.table import Table
+from autobalance.toml_files.table import Faults, Table, did_you_mean, point_for_comma, shown, tell
 from autobalance.units import G_MM_PER, G_PER
 from autobalance.value_classes import dataclass
 

@@ -21,7 +21,7 @@ from autobalance.balancing.measured_crank import (
 from autobalance.errors import JobError
 from autobalance.job import Job, JobSource
 from autobalance.job.from_options import JOB_NAME
-from autobalance.job.model.engine import CrankReadings
+from autobalance.job.model import CrankReadings
 from autobalance.job.read import with_cuts
 from autobalance.report.bundle import choice_of
 from autobalance.report.files import seen_from

@@ -453,7 +453,7 @@ def crank_from_shape(
     SolidError, RecognitionError
         As for ``read_crank``.
     """
-    from autobalance.solid.formats.shape import source_of_shape
+    from autobalance.solid.formats.bodies import source_of_shape
 
     named = {**overrides, "body": body}
     crankshaft = _of_no_file("shape.step", None, density_kg_m3, crankpin_in_file, named)

@@ -28,7 +28,7 @@ from autobalance.job.from_options import (
 )
 from autobalance.job.layout import with_shop
 from autobalance.job.model import Crankshaft
-from autobalance.job.read import STAND_INS
+from autobalance.job.read import STAND_INS, load
 from autobalance.job.read_crankshaft import read_crankshaft
 from autobalance.report.files import Staging, seen_from
 from autobalance.runtime import Stopwatch
@@ -277,3 +277,38 @@ def new_job_file(job: Job) -> dict[Path, bytes]:
     if job.unwritten is None or job.path.exists():
         return {}
     return {job.path: job_file(job, job.path.parent)}
+
+
+# Jobs as objects.
+
+
+def read_job(path: str | Path, settings: Sequence[str] = ()) -> Job:
+    """Read a job file.
+
+    Parameters
+    ----------
+    path : path
+        A TOML file, or a workbook as ``init`` writes it; the crank file it names is relative to it.
+    settings : sequence of str
+        Keys to set before anything is checked: ``["balance.factor=0.5"]``.
+
+    Returns
+    -------
+    Job
+        ``Job.from_dict`` makes one of a mapping.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read.
+    JobError
+        If it is not TOML, or a key is unknown, missing, of the wrong type or impossible.
+
+    Examples
+    --------
+    >>> from autobalance.bundled import bundled_folder
+    >>> file = bundled_folder() / "crf250r" / "drafted" / "factor-0.28.toml"
+    >>> read_job(file, ["balance.factor=0.5"]).balance.factor
+    0.5
+    """
+    return load(path, settings)

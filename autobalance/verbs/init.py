@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,10 +13,9 @@ from autobalance.balancing.measured_crank import measure_crank, measured_source
 from autobalance.balancing.plausibility import factor_hint, holds_two_rods
 from autobalance.balancing.rotor_from_job import default_planes_mm
 from autobalance.correction import KINDS
-from autobalance.crank.connecting_rod import AssemblyPart, assembly_parts
+from autobalance.crank.connecting_rod import EQUAL_VOLUME_SHARE, AssemblyPart, Role, assembly_parts
 from autobalance.declare import ABSENT
 from autobalance.errors import BodiesError, FileError, UsageError
-from autobalance.job.assembled import body_key, other_parts
 from autobalance.job.from_options import refuse_beside_job, tables_of_options
 from autobalance.job.layout import SHOP
 from autobalance.job.model import Crankshaft
@@ -35,8 +35,7 @@ from autobalance.report.records.answers import InitReport
 from autobalance.runtime import Progress, Stopwatch
 from autobalance.solid.formats.bodies import read_bodies
 from autobalance.solid.formats.registry import needs_unit
-from autobalance.toml_files.document import toml_text
-from autobalance.toml_files.settings import with_settings
+from autobalance.toml_files.document import toml_text, with_settings
 from autobalance.toml_files.typed_units import FILL_IN, in_base_units, leaves
 from autobalance.units import G_PER, STEEL_KG_M3
 from autobalance.user_folders import SHOP_FILE, configuration_folder
@@ -45,6 +44,86 @@ from autobalance.verbs.crank import Crank
 from autobalance.verbs.declaration import documented
 from autobalance.verbs.progress import telling
 from autobalance.verbs.result import VerbResult
+
+# Parts of an assembly as keys of a job: the file of each one's solid, under the part's name.
+
+
+TABLES: Mapping[Role, str] = {
+    "big_end_bearing": "rotating_g",
+    "small_end_bearing": "reciprocating_g",
+    "wrist_pin": "reciprocating_g",
+    "piston": "reciprocating_g",
+    "on_piston": "reciprocating_g",
+}
+"""Role of a part of a rod → the table of its weight."""
+
+
+def body_key(part: AssemblyPart) -> int | str:
+    """Return the value of ``body`` for a part: its name, or its number if it has no name."""
+    body = part.body
+    return body.name if body.name and body.name != "all" and not body.name.isdecimal() else body.number
+
+
+def other_parts(
+    parts: Sequence[AssemblyPart], crank: int | str, located: Mapping[str, Any], throws: int
+) -> OtherParts:
+    """Return the bodies beside the crank as a job's parts.
+
+    Weights are of one rod: those of the first are listed, the same again of further ones counted.
+
+    Parameters
+    ----------
+    parts : sequence of AssemblyPart
+    crank : int or str
+        Key of the crank's body.
+    located : mapping
+        ``file``, and ``unit`` where needed.
+    throws : int
+        Of the crank.
+    """
+    rest = [part for part in parts if crank not in (body_key(part), part.body.number, part.body.name)]
+    rods = [part for part in rest if part.role == "rod"]
+    first = min((part.rod for part in rods if part.rod is not None), default=None)
+    weights: dict[str, dict[str, Any]] = {"rotating_g": {}, "reciprocating_g": {}}
+    unknown: dict[str, Any] = {}
+    for part in rest:
+        place = {**located, "body": body_key(part)}
+        if part.role in TABLES and part.rod == first:
+            table = weights[TABLES[part.role]]
+            table[_free(part.role if part.role != "on_piston" else _plain(part), table)] = place
+        elif part.role in ("other", "crank"):
+            unknown[_free(_plain(part), unknown)] = place
+    own = next((part for part in rods if part.rod == first), None)
+    return OtherParts(
+        rod=None if own is None else {**located, "body": body_key(own)},
+        rod_length_mm=0.0 if own is None or own.eyes is None else round(own.eyes.length_mm, 4),
+        rods_per_throw=_per_throw(rods, throws),
+        weights=weights,
+        unknown=unknown,
+        alike=sum(part.rod not in (None, first) for part in rest),
+    )
+
+
+def _per_throw(rods: Sequence[AssemblyPart], throws: int) -> int:
+    """Return the number of rods on a crankpin, if all are equal and spread evenly; else 1."""
+    volumes = [part.body.source.volume_mm3 for part in rods]
+    alike = bool(volumes) and max(volumes) - min(volumes) <= EQUAL_VOLUME_SHARE * max(volumes)
+    return len(rods) // throws if alike and len(rods) % throws == 0 else 1
+
+
+def _plain(part: AssemblyPart) -> str:
+    """Return a body's name as a key."""
+    name = re.sub(r"[^A-Za-z0-9_-]+", "_", part.body.name).strip("_")
+    return name or f"body_{part.body.number}"
+
+
+def _free(name: str, names: Mapping[str, Any]) -> str:
+    number = 2
+    free = name
+    while free in names:
+        free, number = f"{name}_{number}", number + 1
+    return free
+
 
 JOB_ENDINGS = (".toml", ".xlsx")
 GUIDE = """\

@@ -7,12 +7,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from autobalance.balancing.chordal_correction import facet_entry
 from autobalance.balancing.engine_from_job import with_oil
 from autobalance.balancing.measured import Crank as MeasuredSolid
 from autobalance.balancing.measured_crank import input_file, measure_crank, offered_faces, surfaces_entry
 from autobalance.balancing.plausibility import oddities
-from autobalance.balancing.record import MeasuredCrank, Record
+from autobalance.balancing.record import MeasuredCrank, Record, facet_entry
 from autobalance.balancing.rotor_from_job import (
     check_engine,
     crank_factor,
@@ -30,7 +29,7 @@ from autobalance.job.read import STAND_INS, WORKBOOKS, load, load_crankshaft, ta
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Progress, Stopwatch
 from autobalance.solid.formats.registry import needs_unit
-from autobalance.toml_files.settings import with_settings
+from autobalance.toml_files.document import with_settings
 from autobalance.toml_files.typed_units import FILL_IN, leaves, length_mm
 from autobalance.units import STEEL_KG_M3
 from autobalance.value_classes import dataclass

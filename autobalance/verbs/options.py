@@ -6,7 +6,7 @@ import math
 
 from autobalance.declare import MIN_POSITIVE
 from autobalance.errors import UsageError
-from autobalance.toml_files.convert import MAX_NUMBER
+from autobalance.toml_files.table import MAX_NUMBER
 
 
 def positive(option: str, value: float) -> float:

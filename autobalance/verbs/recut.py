@@ -36,7 +36,7 @@ from autobalance.balancing.rotor_from_job import Rotor
 from autobalance.balancing.run import measure_of, record_of, rotor_of
 from autobalance.errors import CorrectionError, FileError, FormatError, JobError
 from autobalance.job import Job
-from autobalance.job.files.reading import MachineReading, ReadPlane
+from autobalance.job.reading import MachineReading, ReadPlane
 from autobalance.job.stage import for_recut
 from autobalance.report.balance.values import StageNotes, stage_values
 from autobalance.rigid_rotor.unbalance import Share, Unbalance
@@ -175,7 +175,7 @@ def recut(
     AutobalanceError
         If the report, its solid or the limits of the correction are.
     """
-    from autobalance.job.files.reading import read_reading
+    from autobalance.job.reading import read_reading
     from autobalance.report.records.report import Report
     from autobalance.verification.earlier_stage import earlier_stage
 

@@ -49,7 +49,7 @@ def schema(name: str) -> Values:
 
 
 def _read(name: str) -> Values:
-    from autobalance.job.files.reading import forms_of
+    from autobalance.job.reading import forms_of
     from autobalance.toml_files.keys import json_schema
 
     return json_schema(f"{name.removesuffix('-file').upper()}.toml of autobalance", *forms_of(name).values())

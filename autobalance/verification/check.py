@@ -42,7 +42,7 @@ from autobalance.verification.claims import (
     not_checked,
 )
 from autobalance.verification.correction_claims import Change, check_corrections, check_nothing_cut
-from autobalance.verification.limit_claims import check_limits_of_job, warn_of_changed_job
+from autobalance.verification.cut_values import check_limits_of_job, warn_of_changed_job
 from autobalance.verification.report_file import read_report, refuse_version
 from autobalance.verification.solids import Files, Left, OriginalCrank
 

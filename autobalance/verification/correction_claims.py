@@ -31,10 +31,10 @@ from autobalance.verification.cut_values import (
     check_implied,
     check_label,
     check_place,
+    check_within_limits,
     compare,
     shared_out,
 )
-from autobalance.verification.limit_claims import check_within_limits
 from autobalance.verification.solids import Files
 
 SAME_POINT_DEG = 1e-6

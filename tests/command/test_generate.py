@@ -11,9 +11,9 @@ import pytest
 
 import autobalance as ab
 from autobalance.command import main
+from autobalance.drawn_cranks.command import PRESET_NAMES
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.input import read_design
-from autobalance.drawn_cranks.preset_names import PRESET_NAMES
 from autobalance.solid.cad.files import read_step_file
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.cad.kernel import properties

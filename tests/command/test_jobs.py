@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.studies.jobs import archive
-from autobalance.studies.jobs.answer import plane_series
+from autobalance.studies.jobs import INDEX, plane_series
 from tests import jobs
 
 Edit = Callable[[dict[str, Any]], None]
@@ -115,7 +114,7 @@ def test_the_index_holds_nothing_that_the_reports_do_not_say(tmp_path: Path, rep
     put(tmp_path, "a", report, 1_000_000)
     path = put(tmp_path, "b", report, 2_000_000, serial("B-2"))
     first = ab.jobs(tmp_path).report
-    index = tmp_path / archive.INDEX
+    index = tmp_path / INDEX
     assert index.is_file()
     index.write_bytes(b"not a data base")
     assert ab.jobs(tmp_path).report == first

@@ -22,8 +22,7 @@ from autobalance.report.balance.sections_text import scan_lines
 from autobalance.report.display_units import ON_SCREEN
 from autobalance.report.records.crank import Crank
 from autobalance.solid.chordal_error.look import look_at
-from autobalance.solid.chordal_error.of_mesh import chordal_error_of_mesh
-from autobalance.solid.chordal_error.of_scans import chordal_error_of_scan
+from autobalance.solid.chordal_error.of_mesh import chordal_error_of_mesh, chordal_error_of_scan
 from autobalance.solid.chordal_error.seeds import cuts_edges_off
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import Written

@@ -13,7 +13,7 @@ import autobalance as ab
 from autobalance.balancing.scan_calibration import Calibration, Scanned, calibration_of
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import JobError
-from autobalance.job.model.engine import CrankReadings
+from autobalance.job.model import CrankReadings
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import Written

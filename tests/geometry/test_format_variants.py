@@ -14,7 +14,7 @@ import pytest
 
 from autobalance.errors import FormatError
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.formats.glb import read_glb
+from autobalance.solid.formats.gltf import read_glb
 from autobalance.solid.formats.obj import read_obj
 from autobalance.solid.formats.off import read_off
 from autobalance.solid.formats.ply import read_ply

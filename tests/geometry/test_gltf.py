@@ -10,7 +10,7 @@ import pytest
 
 from autobalance.errors import FileError, FormatError
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.formats.glb import write_glb
+from autobalance.solid.formats.gltf import write_glb
 from autobalance.solid.formats.read import read
 
 

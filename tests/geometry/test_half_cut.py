@@ -15,7 +15,7 @@ from autobalance.correction import Limits
 from autobalance.correction.contract import Cut
 from autobalance.correction.holes.drills import DrillLimits
 from autobalance.correction.kind import Candidates, Workpiece
-from autobalance.correction.pockets.pocket import MillLimits
+from autobalance.correction.pockets import MillLimits
 from autobalance.crank.faces import find_faces
 from autobalance.planning.cut_curves import Task, part_of
 from autobalance.report.display_units import ON_SCREEN, in_units

@@ -15,7 +15,7 @@ from autobalance.command.main import main
 from autobalance.correction import mill
 from autobalance.correction.kind import Workpiece
 from autobalance.correction.mill import MillCut
-from autobalance.correction.pockets.pocket import MillLimits, Pocket
+from autobalance.correction.pockets import MillLimits, Pocket
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.crank.faces import find_faces
 from autobalance.errors import CorrectionError

@@ -11,10 +11,10 @@ from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.datums import ScanFit
 from autobalance.crank.recognition.alignment import misalignment_warning, step_warnings
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
-from autobalance.crank.recognition.journal_rules import journal_choices
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.crank.recognition.scan_cylinders import RoughMesh, _ends, covered_share, rough_stack
 from autobalance.crank.recognition.section_stack import SectionStack
+from autobalance.crank.recognition.through_shaft import journal_choices
 from autobalance.crank.recognition.webs import _without_ragged
 from autobalance.declare import encoded
 from autobalance.drawn_cranks.design import PRESETS
@@ -22,7 +22,7 @@ from autobalance.drawn_cranks.generate import axial_plan
 from autobalance.errors import RecognitionError
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
-from autobalance.solid.roughness.estimate import DRAWN, SCANNED, flat_share, local_roughness_mm
+from autobalance.solid.roughness import DRAWN, SCANNED, flat_share, local_roughness_mm
 from tests.generated import generated_crank
 from tests.scans import Scan, Wear, decimated, scan, wrong_part
 

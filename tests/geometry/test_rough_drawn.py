@@ -20,7 +20,7 @@ from autobalance.errors import RecognitionError
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.solid.roughness.estimate import SCANNED, flat_share
+from autobalance.solid.roughness import SCANNED, flat_share
 from tests.scans import Scan, scan
 from tests.split_scans import split_scan
 from tests.sweeps import SWEPT

@@ -9,7 +9,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.correction.faces.trace import BESIDE_DEG, FaceTrace
-from autobalance.correction.rings.trace import EQUAL_AREA, RING_SIDES, RingTrace
+from autobalance.correction.rings import EQUAL_AREA, RING_SIDES, RingTrace
 from autobalance.correction.trace import Before, Metal, Reading
 from autobalance.crank.anatomy import Face
 from autobalance.errors import SolidError

@@ -20,7 +20,7 @@ from autobalance.crank_dynamics.torsion.chain import (
 from autobalance.crank_dynamics.torsion.model import CrankTorsion
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.generate import crank_solid
-from autobalance.engines.cycle.torques import throw_torques
+from autobalance.engines.cycle.analysis import throw_torques
 from autobalance.errors import JobError
 
 Values = dict[str, Any]

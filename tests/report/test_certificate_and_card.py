@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from pypdf import PdfReader
 
-from autobalance.engines.forces.show import stack
+from autobalance.engines.forces.answer import stack
 from autobalance.paper.bob_card import bob_card, make_up
 from autobalance.paper.certificate import certificate
 from autobalance.paper.sheet import hole_list, pdf

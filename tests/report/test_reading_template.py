@@ -9,7 +9,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.errors import JobError
-from autobalance.job.files.reading import read_reading
+from autobalance.job.reading import read_reading
 from tests import jobs
 
 

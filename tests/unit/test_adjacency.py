@@ -9,8 +9,8 @@ from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.formats.read import read
 from autobalance.solid.formats.write import encode
 from autobalance.solid.mesh.adjacency import edges_of, rim_of, sides_of
+from autobalance.solid.mesh.measure import Stretches
 from autobalance.solid.mesh.mesh import Mesh, rows_where, twins_of
-from autobalance.solid.mesh.stretches import Stretches
 
 RING = union([Solid.box(np.array([-3.0, -2, 0]), np.array([3.0, 2, 1]))]) - Solid.box(
     np.array([-1.0, -1, -1]), np.array([1.0, 1, 2])

@@ -10,7 +10,7 @@ from autobalance import theory
 from autobalance.engines.bearings.film import JournalBearing, film_at_eccentricity
 from autobalance.engines.bearings.reynolds import ocvirk
 from autobalance.errors import UsageError
-from autobalance.theory.calling import call
+from autobalance.formulas.calc import call
 from tests.reference.published import CASES, EXACT, inputs
 
 

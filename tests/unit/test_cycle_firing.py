@@ -15,7 +15,7 @@ from autobalance.engines.cycle.factors import (
     smallest_circle,
 )
 from autobalance.engines.cycle.firing import dead_centres_rad, firing_as_given, firing_in_order
-from autobalance.engines.cycle.pendulum import Pendulum
+from autobalance.engines.cycle.model import Pendulum
 from autobalance.engines.cycle.speed import run_up_s
 from autobalance.running_gear.loads import loads, whole_turn
 from autobalance.running_gear.slider_crank import SliderCrank

@@ -14,7 +14,7 @@ from autobalance.engines.cycle.cylinder import CylinderCycle, GasExchange, Strok
 from autobalance.engines.cycle.factors import factor_rows, ideal_counterweights
 from autobalance.engines.cycle.firing import dead_centres_rad, firing_in_order
 from autobalance.engines.cycle.firing_engine import FiringEngine, LoadParts, ThrowPlace
-from autobalance.engines.cycle.friction import Friction
+from autobalance.engines.cycle.model import Friction
 from autobalance.engines.cycle.speed import periodic_speed
 from autobalance.running_gear.conrod import ConnectingRod
 from autobalance.running_gear.loads import lever_shares, loads

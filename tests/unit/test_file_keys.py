@@ -11,7 +11,7 @@ from jsonschema import Draft202012Validator
 import autobalance as ab
 from autobalance.declare import Key
 from autobalance.errors import JobError
-from autobalance.job.files.reading import forms_of
+from autobalance.job.reading import forms_of
 from autobalance.registry import FILES
 from autobalance.toml_files.keys import read
 from autobalance.toml_files.typed_units import in_base_units

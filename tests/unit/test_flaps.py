@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from autobalance.correction.rings.trace import RingTrace
+from autobalance.correction.rings import RingTrace
 from autobalance.correction.trace import Before, Metal
 from autobalance.errors import SolidError
 from autobalance.solid.csg.solid import Solid, union

@@ -17,8 +17,8 @@ from autobalance.correction import KINDS
 from autobalance.declare import ANY, REQUIRED, Key, Large, Range
 from autobalance.errors import JobError
 from autobalance.job.tables import job_schema, job_tables
-from autobalance.toml_files.convert import MAX_NUMBER
 from autobalance.toml_files.keys import read
+from autobalance.toml_files.table import MAX_NUMBER
 from autobalance.toml_files.typed_units import in_base_units
 from autobalance.units import G_PER
 

@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from autobalance.errors import JobError
-from autobalance.job.files.reading import Convention
+from autobalance.job.reading import Convention
 from autobalance.test_stands.bench.spun_rotor import (
     PlanarUnbalance,
     PointMass,

@@ -22,7 +22,7 @@ from autobalance.balancing.machine_reading import (
     suspects,
 )
 from autobalance.errors import JobError
-from autobalance.job.files.reading import READING_KEYS, read_reading
+from autobalance.job.reading import READING_KEYS, read_reading
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.toml_files.keys import json_schema

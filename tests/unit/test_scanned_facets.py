@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from autobalance.rigid_rotor.unbalance import Moments, Share, facets_share
-from autobalance.solid.chordal_error.of_scans import chordal_error_of_scan
+from autobalance.solid.chordal_error.of_mesh import chordal_error_of_scan
 from autobalance.solid.mesh.mesh import Mesh
 
 RADIUS_MM = 20.0

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.measure import Stretches
 from autobalance.solid.mesh.mesh import Mesh, compacted, least_and_greatest, longest_sides
-from autobalance.solid.mesh.stretches import Stretches
 from autobalance.solid.slicing.slices import Spans, cross_sections, thinned
 from autobalance.types import Array, Indices
 from autobalance.value_classes import dataclass

@@ -17,9 +17,9 @@ from autobalance.crank.recognition.cylinder_runs import (
     bare_cylinder,
     find_thin_runs,
 )
-from autobalance.crank.recognition.journal_rules import RING_DOUBT, holds
 from autobalance.crank.recognition.layout import JournalLayout
 from autobalance.crank.recognition.section_stack import SectionStack
+from autobalance.crank.recognition.through_shaft import RING_DOUBT, holds
 from autobalance.solid.cad.tessellation import CylinderFace
 from autobalance.types import Array
 from autobalance.value_classes import dataclass

@@ -10,13 +10,13 @@ import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Cylinder, Doubt, MainJournal, Pin
 from autobalance.crank.recognition.cylinder_runs import SAME_RADIUS, CylinderRun
-from autobalance.crank.recognition.journal_rules import SAME_THICKNESS
 from autobalance.crank.recognition.layout import JournalLayout
 from autobalance.crank.recognition.rough_fits import Region, fit_tilted_circle
 from autobalance.crank.recognition.section_stack import SectionStack
+from autobalance.crank.recognition.through_shaft import SAME_THICKNESS
 from autobalance.errors import RecognitionError
+from autobalance.solid.mesh.measure import Stretches
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.solid.mesh.stretches import Stretches
 from autobalance.types import Array, Indices
 from autobalance.value_classes import dataclass
 

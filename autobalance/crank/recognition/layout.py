@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 from autobalance.crank.recognition.bores import bore_runs, bored_arm, pieces_around, shaft_bores, single_web
 from autobalance.crank.recognition.cylinder_runs import ROUNDING, SAME_CENTRE, CylinderRun
 from autobalance.crank.recognition.datums import shaft_marks
-from autobalance.crank.recognition.journal_rules import JournalChoice, holds, journal_choices
 from autobalance.crank.recognition.section_stack import SectionStack, encloses
 from autobalance.crank.recognition.through_shaft import (
+    JournalChoice,
     clear_of,
     find_eccentrics,
+    holds,
+    journal_choices,
     pins_beside_shaft,
     shafts_within,
     shared_mm,

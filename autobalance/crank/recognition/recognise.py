@@ -50,7 +50,7 @@ from autobalance.known import once
 from autobalance.solid.cad.tessellation import CylinderFace
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.solid.roughness.estimate import DRAWN, MIN_TRIANGLES, SCANNED, flat_share
+from autobalance.solid.roughness import DRAWN, MIN_TRIANGLES, SCANNED, flat_share
 from autobalance.types import Array
 
 SMOOTH_MESH_SHARE = 1e-6

@@ -20,7 +20,7 @@ from autobalance.crank.recognition.section_stack import (
 from autobalance.errors import RecognitionError
 from autobalance.rigid_rotor.tolerance import listed_grade
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.solid.roughness.estimate import local_roughness_mm, smoothed_normals, vertex_areas
+from autobalance.solid.roughness import local_roughness_mm, smoothed_normals, vertex_areas
 from autobalance.solid.slicing.slices import cross_sections
 from autobalance.types import Array, Indices
 from autobalance.units import RAD_S_PER_RPM

@@ -18,11 +18,15 @@ from autobalance.crank.datums import (
     ScannedOutline,
     ScannedWeb,
 )
-from autobalance.crank.recognition.candidates import axis_candidates
+from autobalance.crank.recognition.candidates import axis_candidates, with_rims
 from autobalance.crank.recognition.cylinder_runs import ROUNDING, CylinderRun
 from autobalance.crank.recognition.layout import JournalLayout
-from autobalance.crank.recognition.rough_datums import with_certain_datums
-from autobalance.crank.recognition.rough_ends import between_faces, with_ends, with_mouths
+from autobalance.crank.recognition.rough_ends import (
+    between_faces,
+    with_certain_datums,
+    with_ends,
+    with_mouths,
+)
 from autobalance.crank.recognition.rough_fits import (
     WAVES,
     Fit,
@@ -48,7 +52,6 @@ from autobalance.crank.recognition.scan_cylinders import (
     rough_stack,
 )
 from autobalance.crank.recognition.scan_planes import FittedCrank, rough_planes, scan_fit, scanned_face
-from autobalance.crank.recognition.scan_webs import with_rims
 from autobalance.crank.recognition.section_stack import SectionStack, rotated, turn_to_z
 from autobalance.errors import RecognitionError
 from autobalance.solid.mesh.mesh import Mesh

@@ -18,9 +18,9 @@ from autobalance.crank.recognition.cylinder_runs import (
     CylinderRun,
     bare_cylinder,
 )
-from autobalance.crank.recognition.journal_rules import journal_choices
 from autobalance.crank.recognition.layout import JournalLayout, crank_axis, mean_centre
 from autobalance.crank.recognition.section_stack import ASIDE_SHARE, CrossSection, SectionPiece, SectionStack
+from autobalance.crank.recognition.through_shaft import journal_choices
 from autobalance.errors import RecognitionError
 from autobalance.types import Array
 

@@ -27,11 +27,10 @@ from autobalance.crank_dynamics.torsion.model import CrankTorsion
 from autobalance.crank_dynamics.torsion.train import train_response
 from autobalance.crank_dynamics.torsion.trains import named_train
 from autobalance.engines.bearings.orbit import short_film_unit_n
-from autobalance.engines.cycle.analysis import CycleAnalysis, torque_orders
+from autobalance.engines.cycle.analysis import CycleAnalysis, torque_orders, torques_on_throws
 from autobalance.engines.cycle.films import FILM_ANGLE_STRIDE, main_bearings
 from autobalance.engines.cycle.firing_engine import as_complex
 from autobalance.engines.cycle.model import Film
-from autobalance.engines.cycle.torques import torques_on_throws
 from autobalance.job import Job
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.region import Region

@@ -14,7 +14,7 @@ from autobalance.declare import ABSENT
 from autobalance.engines.bearings.main_springs import MainSprings, stiffnesses_n_mm
 from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.engines.cycle.model import Cycle, Film
-from autobalance.engines.cycle.sections import CycleSection
+from autobalance.engines.cycle.section import CycleSection
 from autobalance.engines.cycle.show import degrees_of, micrometres
 from autobalance.errors import JobError
 from autobalance.job import Job

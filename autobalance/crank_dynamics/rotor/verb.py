@@ -48,13 +48,13 @@ class RotorResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the result as lines for people."""
-        from autobalance.crank_dynamics.rotor.show import rotor_text
+        from autobalance.crank_dynamics.rotor.answer import rotor_text
 
         return rotor_text(self.content)
 
     def plots(self) -> Plots:
         """Return Campbell diagram, shapes, response and, where they were requested, map and run-up."""
-        from autobalance.crank_dynamics.rotor.show import rotor_plots
+        from autobalance.crank_dynamics.rotor.answer import rotor_plots
 
         return Plots(rotor_plots(self.content))
 

@@ -15,7 +15,7 @@ from autobalance.crank_dynamics.strength.fatigue import (
     fatigue_strength_MPa,
     polar_modulus_mm3,
 )
-from autobalance.crank_dynamics.strength.model import Strength
+from autobalance.crank_dynamics.strength.input import Strength
 from autobalance.crank_dynamics.strength.web_loads import WebLoads, web_loads
 from autobalance.crank_dynamics.torsion.from_job import journal_beside, sides_of_throws
 from autobalance.crank_dynamics.torsion.vibration_torques import ThrowVibration

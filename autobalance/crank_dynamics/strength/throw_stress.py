@@ -12,7 +12,7 @@ from autobalance.balancing.measured import Crank
 from autobalance.crank.anatomy import Pin, Throw
 from autobalance.crank_dynamics.strength.fatigue import FilletShape, polar_modulus_mm3
 from autobalance.crank_dynamics.strength.fillets_from_job import Costs, Place, Side
-from autobalance.crank_dynamics.strength.model import Strength
+from autobalance.crank_dynamics.strength.input import Strength
 from autobalance.crank_dynamics.torsion.throw_twist import throw_ends_mm
 from autobalance.declare import NotNegative, Ordinal, Positive, record
 from autobalance.errors import JobError

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
-from autobalance.crank_dynamics.strength.model import Strength
+from autobalance.crank_dynamics.strength.input import Strength
 from autobalance.crank_dynamics.torsion.model import CrankTorsion
 from autobalance.errors import SolidError, UsageError
 from autobalance.job import Job, JobSource
@@ -54,13 +54,13 @@ class StrengthResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the fillets as lines for people; always metric."""
-        from autobalance.crank_dynamics.strength.show import strength_text
+        from autobalance.crank_dynamics.strength.answer import strength_text
 
         return strength_text(self.content)
 
     def plots(self) -> Plots:
         """Return the stress of the least safe fillet over the cycle, and the safety of all."""
-        from autobalance.crank_dynamics.strength.show import strength_plots
+        from autobalance.crank_dynamics.strength.answer import strength_plots
 
         return Plots(strength_plots(self.analysis, self.fillets, self.content.sweep or ()))
 

@@ -33,8 +33,8 @@ from autobalance.job import Job
 from autobalance.job.read import tables_of
 from autobalance.report.plots import Plots
 from autobalance.runtime import Progress, no_progress
+from autobalance.toml_files.document import with_settings
 from autobalance.toml_files.keys import named_in
-from autobalance.toml_files.settings import with_settings
 from autobalance.value_classes import dataclass
 from autobalance.verbs.declaration import documented
 from autobalance.verbs.engine_case import job_set, request
@@ -43,7 +43,7 @@ from autobalance.verbs.result import Values, VerbResult
 if TYPE_CHECKING:
     from autobalance.balancing.measured import Crank as MeasuredCrank
     from autobalance.crank_dynamics.torsion.throw_twist import ThrowTwist
-    from autobalance.engines.cycle.torques import ThrowTorques
+    from autobalance.engines.cycle.analysis import ThrowTorques
     from autobalance.verbs.crank import Crank
 
 POISSON = 0.3
@@ -64,13 +64,13 @@ class TorsionResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the result as lines for people; always metric."""
-        from autobalance.crank_dynamics.torsion.show import torsion_text
+        from autobalance.crank_dynamics.torsion.answer import torsion_text
 
         return torsion_text(self.content)
 
     def plots(self) -> Plots:
         """Return mode shapes and the response over the speed."""
-        from autobalance.crank_dynamics.torsion.show import torsion_plots
+        from autobalance.crank_dynamics.torsion.answer import torsion_plots
 
         return Plots(torsion_plots(self.content))
 
@@ -203,7 +203,7 @@ def _check_stations(question: TorsionQuestion, stations: int) -> None:
 def _cycle_torques(job: Job, crank: MeasuredCrank) -> ThrowTorques | None:
     if job.table(Cycle) is None:
         return None
-    from autobalance.engines.cycle.torques import throw_torques
+    from autobalance.engines.cycle.analysis import throw_torques
 
     return throw_torques(job, crank)
 

@@ -15,8 +15,13 @@ from autobalance.crank_dynamics.torsion.excited import excited_crank
 from autobalance.crank_dynamics.torsion.from_job import crank_chain
 from autobalance.crank_dynamics.torsion.model import CrankTorsion
 from autobalance.declare import NotNegative, record
-from autobalance.engines.cycle.analysis import CycleAnalysis, torque_orders
-from autobalance.engines.cycle.torques import ThrowTorques, throw_torques, torques_on_throws
+from autobalance.engines.cycle.analysis import (
+    CycleAnalysis,
+    ThrowTorques,
+    throw_torques,
+    torque_orders,
+    torques_on_throws,
+)
 from autobalance.job import Job
 from autobalance.types import Array
 from autobalance.value_classes import dataclass

@@ -38,10 +38,9 @@ from autobalance.engines.bearings.oil import WaltherOil
 from autobalance.engines.bearings.rolling import FourSources, Palmgren, RollingBearing
 from autobalance.errors import JobError, file_errors, refuse_pipe
 from autobalance.runtime import note_read
-from autobalance.toml_files.convert import did_you_mean
 from autobalance.toml_files.document import text_of, toml_of
 from autobalance.toml_files.keys import plain, read
-from autobalance.toml_files.table import Table
+from autobalance.toml_files.table import Table, did_you_mean
 from autobalance.toml_files.typed_units import in_base_units
 from autobalance.types import Array
 from autobalance.units import M_PER_MM, RAD_S_PER_RPM

@@ -25,13 +25,13 @@ class BearingResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the result as lines for people; always metric."""
-        from autobalance.engines.bearings.show import bearing_text
+        from autobalance.engines.bearings.report import bearing_text
 
         return bearing_text(self.content)
 
     def plots(self) -> Plots:
         """Return the film's pressure, its orbit and the moment over the speed, as far as there are any."""
-        from autobalance.engines.bearings.show import bearing_plots
+        from autobalance.engines.bearings.report import bearing_plots
 
         return Plots(bearing_plots(self.analysis))
 
@@ -59,13 +59,13 @@ class BearingResult(VerbResult):
         JobError
             If there is no film, or it breaks at one of the speeds.
         """
-        from autobalance.engines.bearings.values import rotor_bearing
+        from autobalance.engines.bearings.report import rotor_bearing
 
         return rotor_bearing(self.analysis, z_mm, load_deg)
 
     def series(self) -> bytes | None:
         """Return the orbit by angle as CSV; None without a history of loads."""
-        from autobalance.engines.bearings.values import orbit_series
+        from autobalance.engines.bearings.report import orbit_series
 
         return orbit_series(self.analysis)
 

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import io
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 
 import numpy as np
 
+from autobalance.balancing.engine_from_job import as_measured
+from autobalance.balancing.measured import Crank
+from autobalance.engines.cycle.firing import firing_engine
 from autobalance.engines.cycle.firing_engine import FiringEngine
 from autobalance.engines.cycle.grid import CycleGrid
 from autobalance.engines.cycle.load_figures import LoadPeak, TorqueOrder
-from autobalance.engines.cycle.speed import (
-    UnevenSpeed,
-    flywheel_needed_g_mm2,
-    periodic_speed,
-)
+from autobalance.engines.cycle.speed import UnevenSpeed, flywheel_needed_g_mm2, periodic_speed
+from autobalance.job import Job
 from autobalance.running_gear.loads import Loads
-from autobalance.types import Array
-from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM
+from autobalance.types import Array, Complex
+from autobalance.units import BAR_PER_MPA, N_M_PER_G_MM2_S2, N_M_PER_N_MM, RAD_S_PER_RPM
 from autobalance.value_classes import dataclass
 
 HIGHEST_ORDER = 12
@@ -187,3 +188,107 @@ def _phase_rad(value: complex) -> float:
     """Angle in (−π, π], zero for zero."""
     angle = float(np.angle(value))
     return np.pi if angle <= -np.pi else angle
+
+
+# A cycle by angle, one column each, unit in its name.
+
+
+def series_columns(cycle: CycleAnalysis) -> dict[str, Array]:
+    """Return the columns of a series, every ½° from crank angle 0: (1440,) for 4 strokes, (720,) for 2.
+
+    At a jump of the pressure they have the value after it. ``speed_rpm`` is left out where the crank would
+    stop.
+    """
+    columns = {"angle_deg": 0.5 * np.arange(cycle.grid.even_rad.size, dtype=np.float64)}
+    columns |= {name: cycle.grid.even(values) for name, values in _columns(cycle)}
+    if cycle.uneven_speed is not None:
+        columns["speed_rpm"] = cycle.uneven_speed.speed_rad_s / RAD_S_PER_RPM
+    return columns
+
+
+def _columns(cycle: CycleAnalysis) -> Iterator[tuple[str, Array]]:
+    state, loads, shown = cycle.firing.parts.gas_state, cycle.loads, cycle.firing.engine.shown
+    wall = -1.0 if cycle.firing.engine.clockwise else 1.0
+    for number in range(len(cycle.firing.cycles)):
+        name = f"c{number + 1}"
+        yield f"{name}_volume_cm3", state.volume_mm3[number] * 1e-3
+        yield f"{name}_pressure_bar", state.pressure_mpa[number] * BAR_PER_MPA
+        yield from _force(f"{name}_wrist_pin", shown(loads.wrist_pin_n[number]))
+        yield f"{name}_wall_N", wall * loads.wall_n[number]
+        yield from _force(f"{name}_big_end", shown(loads.crankpin_n[number]))
+    for number, load in enumerate(cycle.crankpins_n, 1):
+        yield from _force(f"crankpin_{number}", shown(load))
+    for number, load in enumerate(loads.main_n, 1):
+        yield from _force(f"main_{number}", shown(load))
+    yield "gas_N_m", cycle.gas_n_m
+    yield "inertia_N_m", cycle.inertia_n_m
+    yield "friction_N_m", cycle.friction_n_m
+    yield "total_N_m", cycle.total_n_m
+
+
+def _force(name: str, load_n: Array) -> Iterator[tuple[str, Array]]:
+    yield f"{name}_x_N", load_n[:, 0]
+    yield f"{name}_y_N", load_n[:, 1]
+
+
+def series_csv(columns: dict[str, Array]) -> bytes:
+    """Return columns as a CSV file with a header."""
+    text, table = io.StringIO(), np.column_stack(list(columns.values()))
+    np.savetxt(text, table, fmt="%.12g", delimiter=",", header=",".join(columns), comments="")
+    return text.getvalue().encode()
+
+
+# Torque orders of a job's cycle, throw by throw: what excites the torsion of its crank.
+
+
+@dataclass(frozen=True, eq=False)
+class ThrowTorques:
+    """Orders (k,) of the torque that rods put on each throw, (k, throws) as T exp(iφ) [N·m].
+
+    ``inertia_n_m_s2`` is that of rods and pistons at 1 rad/s; it grows with the square of the speed.
+    ``firing_rad`` (cylinders,) are the crank angles at which cylinders fire, ``cylinder_throws`` their throws
+    from 0. ``mean_n_m`` is the mean torque of gas minus friction at the job's speed. ``inertia_g_mm2`` is the
+    mean inertia of everything that turns with the crank.
+    """
+
+    orders: Array
+    gas_n_m: Complex
+    inertia_n_m_s2: Complex
+    firing_rad: Array
+    cylinder_throws: tuple[int, ...]
+    mean_n_m: float
+    inertia_g_mm2: float = 0.0
+
+    def at_speed(self, speed_rad_s: float) -> Complex:
+        """Return all of the torque (k, throws) at a speed."""
+        return np.asarray(self.gas_n_m + speed_rad_s**2 * self.inertia_n_m_s2)
+
+
+def throw_torques(job: Job, crank: Crank) -> ThrowTorques:
+    """Return the torque orders of a job with a ``[cycle]``: ½ to 12 for four strokes, 1 to 12 for two."""
+    speed = job.balance.service_speed_rad_s
+    firing = firing_engine(job, crank.anatomy, speed, lambda: as_measured(job, crank))
+    orders = torque_orders(firing.strokes)
+    radii = [throw.crank_radius_mm for throw in crank.anatomy.throws]
+    gas, inertia = (
+        np.stack(
+            [firing.grid.harmonics(each, orders) for each in torques_on_throws(firing, pins, radii)], axis=1
+        )
+        for pins in (firing.parts.gas.crankpin_n, firing.parts.rods.crankpin_n)
+    )
+    throws = sorted((c, number) for number, each in enumerate(firing.throws) for c in each.cylinders)
+    mean = firing.gas_mean_n_m - firing.piston_friction_n_m(speed)
+    by_cylinder = tuple(number for _, number in throws)
+    turning = float(np.mean(firing.inertia_g_mm2(firing.grid.even_rad)))
+    return ThrowTorques(orders, gas, inertia, np.array(firing.firing_rad), by_cylinder, mean, turning)
+
+
+def torques_on_throws(firing: FiringEngine, cylinder_n: Array, radii_mm: list[float]) -> list[Array]:
+    """Return the torque (n,) on each throw from the loads (cylinders, n, 2) on its crankpin [N·m]."""
+    torques = []
+    for throw, radius in zip(firing.throws, radii_mm, strict=True):
+        load = cylinder_n[list(throw.cylinders)].sum(axis=0)
+        angle = firing.grid.angle_rad + throw.angle_rad
+        torque = radius * (np.cos(angle) * load[:, 1] - np.sin(angle) * load[:, 0])
+        torques.append(torque * N_M_PER_N_MM)
+    return torques

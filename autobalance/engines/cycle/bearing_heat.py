@@ -22,7 +22,7 @@ from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.engines.cycle.factors import MainLoads
 from autobalance.engines.cycle.films import Bearings, main_bearings, orbits_of
 from autobalance.engines.cycle.model import Cycle, MainHeat, table_of
-from autobalance.engines.cycle.sections import CycleSection
+from autobalance.engines.cycle.section import CycleSection
 from autobalance.job import Job
 from autobalance.report.plots import Plot
 from autobalance.report.tables import table

@@ -15,7 +15,7 @@ from autobalance.balancing.engine_from_job import moment_reference_mm, shafts_be
 from autobalance.balancing.measured import Crank
 from autobalance.declare import NewtonMetres, record
 from autobalance.engines.cycle.analysis import CycleAnalysis, torque_orders
-from autobalance.engines.cycle.sections import CycleSection
+from autobalance.engines.cycle.section import CycleSection
 from autobalance.job import Job
 from autobalance.report.plots import Plot
 from autobalance.report.tables import table

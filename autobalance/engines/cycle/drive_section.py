@@ -11,7 +11,7 @@ from autobalance.declare import ABSENT, Absent, NewtonMetres, Newtons, Ordinal, 
 from autobalance.engines.cycle.analysis import CycleAnalysis, torque_orders
 from autobalance.engines.cycle.drive import Drive, Kind, tooth_orders
 from autobalance.engines.cycle.model import table_of
-from autobalance.engines.cycle.sections import CycleSection
+from autobalance.engines.cycle.section import CycleSection
 from autobalance.job import Job
 from autobalance.report.plots import Plot
 from autobalance.report.tables import table

@@ -27,7 +27,7 @@ from autobalance.declare import (
 )
 from autobalance.engines.cycle.factors import KeyFigures
 from autobalance.engines.cycle.load_figures import NumberedLoad, TorqueOrder
-from autobalance.engines.cycle.pendulum import Path
+from autobalance.engines.cycle.model import Path
 from autobalance.running_gear.whole_engine import DeadCentres
 
 if TYPE_CHECKING:

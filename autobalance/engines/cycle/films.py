@@ -2,23 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from collections.abc import Mapping, Sequence
+from dataclasses import field
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy
-from autobalance.declare import ABSENT, Absent, Count, Degrees, NotNegative, Ordinal, record
+from autobalance.declare import (
+    ABSENT,
+    INLINE,
+    Absent,
+    Count,
+    Degrees,
+    NotNegative,
+    Ordinal,
+    Positive,
+    Registered,
+    record,
+)
 from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.engines.cycle.factors import MainLoads
+from autobalance.engines.cycle.figures import CycleSummary, PendulumFigures, SweepRow
 from autobalance.engines.cycle.firing_engine import FiringEngine
 from autobalance.engines.cycle.model import Film
+from autobalance.engines.cycle.section import cycle_section_types
+from autobalance.report.records.answers import Head, JobEcho
 from autobalance.types import Array, Complex
 from autobalance.units import M_PER_MM
 from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.engines.bearings.orbit import Orbits
+
 
 FILM_ANGLE_STRIDE = 2
 """Angles of the grid from one force to the next: a degree, and two if there are many bearings."""
@@ -215,3 +231,24 @@ def film_table(films: CycleFilms) -> FilmTable:
 
 def _rows(orbits: Orbits, numbers: Sequence[int]) -> list[FilmFigures]:
     return [FilmFigures.of(number, orbits.case(at)) for at, number in enumerate(numbers)]
+
+
+# The report of `cycle`.
+
+
+@record
+class CycleReport(Head):
+    """Gas pressure, torque, speed, loads, and what each balance factor costs."""
+
+    command: Literal["cycle"] = "cycle"
+    job_set: Sequence[str] | Absent = ABSENT
+    input: JobEcho
+    speed_rpm: Positive
+    summary: Annotated[CycleSummary, INLINE]
+    pendulum: PendulumFigures | None
+    sweep: Sequence[SweepRow] | None
+    films: FilmTable | None
+    of_addons: Annotated[Mapping[str, Any], INLINE, Registered(cycle_section_types)] = field(
+        default_factory=dict
+    )
+    warnings: Sequence[str]

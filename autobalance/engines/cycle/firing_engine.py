@@ -11,8 +11,8 @@ import numpy as np
 
 from autobalance.engines.cycle.cylinder import CylinderCycle, Strokes
 from autobalance.engines.cycle.drive import Drive, DrivenCrank, DrivePulls, drive_pulls
-from autobalance.engines.cycle.friction import NO_FRICTION, Friction
 from autobalance.engines.cycle.grid import CycleGrid
+from autobalance.engines.cycle.model import NO_FRICTION, Friction
 from autobalance.engines.cycle.piston_friction import PistonFriction, PistonFrictionParts, WallLoads
 from autobalance.engines.cycle.weight import Gravity, WeightLoads, weight_loads
 from autobalance.running_gear.loads import Loads, lever_shares, loads, variable_inertia_g_mm2

@@ -12,19 +12,20 @@ from autobalance.engines.bearings.keys import ABOVE_ZERO_KELVIN, OIL_KEYS
 from autobalance.engines.bearings.oil import WaltherOil
 from autobalance.engines.cycle.cylinder import Strokes
 from autobalance.engines.cycle.drive import DRIVE, drives_of
-from autobalance.engines.cycle.friction import NO_FRICTION, Friction
 from autobalance.engines.cycle.model import (
+    NO_FRICTION,
     Absorber,
     Cycle,
     CylinderGas,
     Film,
+    Friction,
     MainHeat,
     Model,
     Peg,
+    Pendulum,
     TraceFile,
 )
-from autobalance.engines.cycle.pendulum import Path as PendulumPath
-from autobalance.engines.cycle.pendulum import Pendulum
+from autobalance.engines.cycle.model import Path as PendulumPath
 from autobalance.engines.cycle.piston_friction import PISTON, piston_friction_of
 from autobalance.engines.cycle.weight import GRAVITY, gravity_of
 from autobalance.engines.cycle.windage import AIR_KEYS, Air

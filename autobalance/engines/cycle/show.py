@@ -11,7 +11,7 @@ import numpy as np
 from autobalance.declare import ABSENT, Absent
 from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.engines.cycle.factors import MainLoads, key_figures
-from autobalance.engines.cycle.sections import cycle_section
+from autobalance.engines.cycle.section import cycle_section
 from autobalance.report.files import from_here
 from autobalance.report.plots import Plot
 from autobalance.report.tables import table
@@ -20,7 +20,6 @@ from autobalance.units import BAR_PER_MPA, G_MM2_PER_KG_MM2, N_M_PER_N_MM, RAD_S
 
 if TYPE_CHECKING:
     from autobalance.engines.bearings.orbit import Orbits
-    from autobalance.engines.cycle.answer import CycleReport
     from autobalance.engines.cycle.figures import (
         CycleLoads,
         CycleSpeed,
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
         SweepRow,
         ThrowCounterweight,
     )
-    from autobalance.engines.cycle.films import CycleFilms, FilmTable
+    from autobalance.engines.cycle.films import CycleFilms, CycleReport, FilmTable
 
 
 # A cycle as lines to read.

@@ -38,8 +38,7 @@ from autobalance.engines.cycle.figures import (
 )
 from autobalance.engines.cycle.firing_engine import as_complex
 from autobalance.engines.cycle.load_figures import Carrier, numbered_loads
-from autobalance.engines.cycle.model import Cycle, CylinderGas, table_of
-from autobalance.engines.cycle.pendulum import Pendulum
+from autobalance.engines.cycle.model import Cycle, CylinderGas, Pendulum, table_of
 from autobalance.engines.cycle.speed import run_up_s
 from autobalance.job import Job
 from autobalance.running_gear.whole_engine import dead_centres

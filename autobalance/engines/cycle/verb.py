@@ -21,8 +21,7 @@ from autobalance.verbs.result import Values, VerbResult
 
 if TYPE_CHECKING:
     from autobalance.engines.cycle.analysis import CycleAnalysis
-    from autobalance.engines.cycle.answer import CycleReport
-    from autobalance.engines.cycle.films import CycleFilms
+    from autobalance.engines.cycle.films import CycleFilms, CycleReport
     from autobalance.verbs.crank import Crank
 
 DEFAULT_FACTORS = (0.0, 0.28, 0.5, 0.64, 1.0)
@@ -55,7 +54,7 @@ class CycleResult(VerbResult):
 
     def plots(self) -> Plots:
         """Return pressure, indicator diagrams, torque, orders, polar loads and speed."""
-        from autobalance.engines.cycle.sections import cycle_section
+        from autobalance.engines.cycle.section import cycle_section
         from autobalance.engines.cycle.show import cycle_plots
 
         plots = cycle_plots(self.analysis, self.factors, self.films, self.content.sweep)
@@ -69,13 +68,13 @@ class CycleResult(VerbResult):
 
     def series(self) -> dict[str, Any]:
         """Return every amount by angle: name of a column with its unit → array, from 0 in steps of ½°."""
-        from autobalance.engines.cycle.series import series_columns
+        from autobalance.engines.cycle.analysis import series_columns
 
         return dict(series_columns(self.analysis))
 
     def series_csv(self) -> bytes:
         """Return the bytes that ``--series`` writes."""
-        from autobalance.engines.cycle.series import series_csv
+        from autobalance.engines.cycle.analysis import series_csv
 
         return series_csv(self.series())
 
@@ -120,10 +119,9 @@ def cycle(
     """
     from autobalance.balancing.engine_from_job import as_measured
     from autobalance.engines.cycle.analysis import CycleAnalysis
-    from autobalance.engines.cycle.answer import CycleReport
-    from autobalance.engines.cycle.films import film_table
+    from autobalance.engines.cycle.films import CycleReport, film_table
     from autobalance.engines.cycle.firing import check_cycle, firing_engine
-    from autobalance.engines.cycle.sections import sections_of
+    from autobalance.engines.cycle.section import sections_of
     from autobalance.engines.cycle.summary import cycle_summary, model_doubts, pendulum_figures, sweep_rows
 
     compared_factors, speeds = checked_factors(factors), _checked_sweep(sweep_rpm)

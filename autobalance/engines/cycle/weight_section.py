@@ -13,7 +13,7 @@ from autobalance.declare import ABSENT, Absent, Degrees, NewtonMetres, Newtons, 
 from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.engines.cycle.films import films_of_mains_mm
 from autobalance.engines.cycle.model import table_of
-from autobalance.engines.cycle.sections import CycleSection
+from autobalance.engines.cycle.section import CycleSection
 from autobalance.engines.cycle.show import micrometres
 from autobalance.job import Job
 from autobalance.report.plots import Plot

@@ -10,7 +10,7 @@ from autobalance.balancing.measured import Crank
 from autobalance.declare import NewtonMetres, NotNegative, Ordinal, record
 from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.engines.cycle.model import table_of
-from autobalance.engines.cycle.sections import CycleSection
+from autobalance.engines.cycle.section import CycleSection
 from autobalance.engines.cycle.windage import Gas, Range, WebShape, gases_of
 from autobalance.job import Job
 from autobalance.report.plots import Plot

@@ -54,7 +54,7 @@ class ForcesResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return tables of forces, orders and loads."""
-        from autobalance.engines.forces.show import forces_text
+        from autobalance.engines.forces.answer import forces_text
 
         return forces_text(self.content)
 
@@ -195,8 +195,8 @@ def _mounted(
     pulls: Pulls = no_pulls
     cycle = case.job.table(Cycle)
     if cycle is not None:
+        from autobalance.engines.cycle.analysis import throw_torques
         from autobalance.engines.cycle.drive import pull_orders
-        from autobalance.engines.cycle.torques import throw_torques
 
         torques = throw_torques(case.job, case.crank)
 

@@ -25,7 +25,7 @@ from autobalance.value_classes import dataclass
 if TYPE_CHECKING:
     from autobalance.balancing.loop import Result
     from autobalance.balancing.machine_reading import JudgedReading, StageSuspect
-    from autobalance.job.files.reading import MachineReading
+    from autobalance.job.reading import MachineReading
     from autobalance.verification.earlier_stage import EarlierStage
 
 

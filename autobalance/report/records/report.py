@@ -33,7 +33,7 @@ from autobalance.declare import (
 )
 from autobalance.declare.schema import schema_of
 from autobalance.job.balance import LISTED
-from autobalance.planning.answer import Relaxation, Step
+from autobalance.planning.relaxation import Relaxation, Step
 from autobalance.quantities import Text, listed
 from autobalance.report.records.answers import JobEcho
 from autobalance.report.records.balance import (

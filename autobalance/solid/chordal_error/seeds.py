@@ -19,7 +19,7 @@ from autobalance.solid.chordal_error.revolved import (
 from autobalance.solid.chordal_error.strips import IDLE_AXES, MIN_SURE_FACES, Around, cone, torus
 from autobalance.solid.mesh.adjacency import Edges, edges_of
 from autobalance.solid.mesh.mesh import Mesh, longest_sides, numbered_components
-from autobalance.solid.roughness.estimate import spread
+from autobalance.solid.roughness import spread
 from autobalance.types import Array, Flags, Indices
 
 # Cylinders, cones and tori from a few facets at a time: irregular ones, and surfaces that join smoothly.

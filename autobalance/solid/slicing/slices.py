@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.rigid_rotor.unbalance import Moments
+from autobalance.solid.mesh.measure import Stretches
 from autobalance.solid.mesh.mesh import CHUNK, least_and_greatest, ranked, summed
-from autobalance.solid.mesh.stretches import Stretches
 from autobalance.types import Array, Indices
 from autobalance.value_classes import dataclass
 

@@ -12,7 +12,7 @@ import numpy as np
 from autobalance.errors import SolidError
 from autobalance.solid.csg.region import triangulated
 from autobalance.solid.mesh.mesh import CHUNK, Mesh, hash_numbers
-from autobalance.solid.roughness.estimate import off_paraboloid, unit_at_vertices
+from autobalance.solid.roughness import off_paraboloid, unit_at_vertices
 from autobalance.types import Array, Indices
 from autobalance.value_classes import dataclass
 

@@ -321,8 +321,7 @@ class BatchRun:
 
     def write(self, report: BatchReport) -> None:
         """Write the table as CSV, workbook and page."""
-        from autobalance.studies.batch.answer import results_csv, results_workbook
-        from autobalance.studies.batch.page import summary_page
+        from autobalance.studies.batch.answer import results_csv, results_workbook, summary_page
 
         with Staging([self.folder]) as staging:
             staging.add(self.folder / "results.csv", results_csv(report))

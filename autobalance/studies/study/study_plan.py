@@ -90,7 +90,7 @@ def _of_report(path: Path, notify: Notify, settings: Sequence[str]) -> StudiedPl
 def _claimed_job(claims: Claims, folder: Path, settings: Sequence[str]) -> Job:
     """Return the job of a report in a folder, with keys that are set."""
     from autobalance import job as jobs
-    from autobalance.toml_files.settings import with_settings
+    from autobalance.toml_files.document import with_settings
 
     described = _without_nulls(claims.get("job", dict))
     file = folder / str(described.pop("file", claims.name))

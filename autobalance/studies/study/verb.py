@@ -54,7 +54,7 @@ class StudyResult(VerbResult):
     def text(self, units: str = "metric") -> str:
         """Return the study as lines for people."""
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.studies.study.show import study_text
+        from autobalance.studies.study.answer import study_text
 
         return study_text(self.content, ON_SCREEN[units])
 
@@ -70,7 +70,7 @@ class StudyResult(VerbResult):
 
     def plots(self) -> Plots:
         """Return a histogram of what is used of the permissible value, and a tornado of the causes."""
-        from autobalance.studies.study.show import study_plots
+        from autobalance.studies.study.answer import study_plots
 
         return Plots(study_plots(self.content, self.shares))
 
@@ -125,8 +125,8 @@ def study(
     JobError
         If nothing has a ±, or the job is wrong.
     """
+    from autobalance.studies.study.answer import ABOVE_OUTCOME, study_report, study_series
     from autobalance.studies.study.monte_carlo import Sampler, study_of
-    from autobalance.studies.study.show import ABOVE_OUTCOME, study_report, study_series
     from autobalance.studies.study.study_plan import studied_plan
     from autobalance.studies.workers import workers_of
     from autobalance.verbs.crank_job import is_crank, job_given

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from autobalance.declare import KG_MM2, OMITTED, NotNegative, Ordinal, Positive, record
 from autobalance.report.records.answers import Head
-from autobalance.test_stands.bench.engine_variants import VariantFigures
+from autobalance.test_stands.bench.engine_input import VariantFigures
 from autobalance.test_stands.bench.heat import HeatOfBench
 from autobalance.test_stands.bench.speed_control import LoopMargin
 

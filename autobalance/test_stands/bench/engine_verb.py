@@ -26,7 +26,7 @@ from autobalance.verbs.result import VerbResult
 
 if TYPE_CHECKING:
     from autobalance.engines.cycle.free_run import FreeRun
-    from autobalance.test_stands.bench.engine_variants import FiringVariant, VariantCurves
+    from autobalance.test_stands.bench.engine_input import FiringVariant, VariantCurves
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,13 +38,13 @@ class EngineBenchResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the variants as lines for people; always metric."""
-        from autobalance.test_stands.bench.engine_show import engine_bench_text
+        from autobalance.test_stands.bench.show import engine_bench_text
 
         return engine_bench_text(self.content)
 
     def plots(self) -> Plots:
         """Return torque over the cycle, bearing loads and acceleration over the speed, and the run-up."""
-        from autobalance.test_stands.bench.engine_show import engine_bench_plots
+        from autobalance.test_stands.bench.show import engine_bench_plots
 
         return Plots(engine_bench_plots(self.content, self.curves))
 
@@ -93,7 +93,7 @@ def _variant(
     stand: EngineBench, variant: Variant, cranks: dict[tuple[str, ...], Crank]
 ) -> tuple[BenchVariant, VariantCurves, tuple[str, ...]]:
     from autobalance.engines.cycle.firing import check_cycle
-    from autobalance.test_stands.bench.engine_variants import FiringVariant, VariantCurves
+    from autobalance.test_stands.bench.engine_input import FiringVariant, VariantCurves
 
     own = () if variant.crank is None else (f"crankshaft.file={str(variant.crank.resolve())!r}",)
     job = jobs.load(stand.job, (*variant.settings, *own))

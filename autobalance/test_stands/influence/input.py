@@ -11,7 +11,7 @@ import numpy as np
 
 from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Key, Values, keys_of, made
 from autobalance.errors import JobError
-from autobalance.job.files.reading import AS_READ
+from autobalance.job.reading import AS_READ
 from autobalance.test_stands.influence.fitted_weights import Fitting
 from autobalance.test_stands.influence.limited_weights import (
     RECORDS_KEYS,

@@ -41,7 +41,7 @@ class InfluenceResult(VerbResult):
 
     def files(self) -> Mapping[str, bytes]:
         """Return ``reading.toml`` for ``recut``, the unbalance found, if ``[reading]`` names the planes."""
-        from autobalance.test_stands.influence.show import unbalance_toml
+        from autobalance.test_stands.influence.answer import unbalance_toml
 
         has_reading = self.content.input["reading"] is not None
         return {"reading.toml": unbalance_toml(self.content).encode()} if has_reading else {}
@@ -54,13 +54,13 @@ class InfluenceResult(VerbResult):
     def text(self, units: str = "metric") -> str:
         """Return the corrections as lines for people."""
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.test_stands.influence.show import influence_text
+        from autobalance.test_stands.influence.answer import influence_text
 
         return influence_text(self.content, ON_SCREEN[units])
 
     def plots(self) -> Plots:
         """Return a polar plot of the readings before and after."""
-        from autobalance.test_stands.influence.show import readings_plot
+        from autobalance.test_stands.influence.answer import readings_plot
 
         return Plots(readings_plot(self.content))
 

@@ -23,7 +23,7 @@ from autobalance.declare import (
     made,
 )
 from autobalance.errors import JobError
-from autobalance.job.files.reading import (
+from autobalance.job.reading import (
     READS,
     ROTATION,
     SPEED_RPM,

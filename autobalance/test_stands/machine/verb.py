@@ -45,13 +45,13 @@ class MachineResult(VerbResult):
     def text(self, units: str = "metric") -> str:
         """Return the reading as lines for people."""
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.test_stands.machine.show import machine_text
+        from autobalance.test_stands.machine.answer import machine_text
 
         return machine_text(self.content, ON_SCREEN[units])
 
     def plots(self) -> Plots:
         """Return a polar plot of the readings of all runs."""
-        from autobalance.test_stands.machine.show import runs_plot
+        from autobalance.test_stands.machine.answer import runs_plot
 
         return Plots(runs_plot(self.content))
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.errors import FileError, UsageError, file_errors
-from autobalance.job.files.reading import Convention
+from autobalance.job.reading import Convention
 from autobalance.report.reading_template import UMAR_G_MM, URR_PERCENT
 from autobalance.toml_files.document import toml_value
 from autobalance.units import wrapped_deg

@@ -1,4 +1,4 @@
-"""Recognition of scanned meshes, and their roughness: drawn faces are plane except for rounding."""
+"""Noise on the surface of a mesh: its presence and its size."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ import numpy as np
 
 from autobalance.solid.mesh.mesh import Mesh, hash_rows
 from autobalance.types import Array, Flags, Indices
+
+# Recognition of scanned meshes, and their roughness: drawn faces are plane except for rounding.
+
 
 LOOKED_AT = 3000
 """Vertices that are sampled, wherever they are."""

@@ -1,21 +1,25 @@
-"""``parts``: the weights of a job rolled up, and its bob-weights."""
+"""``ab.parts``: the weights of a job rolled up, and its bob-weights."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from autobalance import job as jobs
 from autobalance.balancing import plausibility
-from autobalance.declare import ABSENT, Absent
-from autobalance.engines.parts.answer import PartsReport, RodEnds, ThrowWeights
+from autobalance.declare import ABSENT, Absent, Count, KgMm2, NotNegative, Ordinal, record
 from autobalance.errors import JobError
 from autobalance.job import Job, JobSource
 from autobalance.job.model import ThrowParts, Weight
+from autobalance.report.display_units import DisplayUnits
+from autobalance.report.files import from_here
 from autobalance.report.plots import Drawn, Plots
-from autobalance.running_gear.conrod import ConnectingRod
+from autobalance.report.records.answers import JobReport
+from autobalance.report.tables import table
+from autobalance.running_gear.conrod import ConnectingRod, TwoMasses
 from autobalance.running_gear.parts import PartWeight, RolledUp, Sum, rolled_up, sum_of_parts
 from autobalance.runtime import Progress
+from autobalance.units import G_MM2_PER_KG_MM2
 from autobalance.value_classes import dataclass
 from autobalance.verbs.crank_job import OPEN
 from autobalance.verbs.declaration import documented
@@ -26,6 +30,122 @@ if TYPE_CHECKING:
     from autobalance.verbs.crank import Crank
 
 
+# The report of `parts`.
+
+
+@record
+class ThrowWeights:
+    """The weights on a throw; number None: on every throw without separate weights."""
+
+    number: Ordinal | None
+    rods: Count
+    rotating: RolledUp
+    reciprocating: RolledUp
+    crankpin: RolledUp
+    balance_factor: float | None
+    bob_weight_g: float | None
+    bob_weight_pm_g: NotNegative | None
+    bob_weight_pin_fitted_g: float | None
+
+
+@dataclass(frozen=True)
+class RodEnds(TwoMasses):
+    """A connecting rod as two masses, and what these miss of its inertia."""
+
+    couple_inertia_g_mm2: KgMm2 | None
+
+
+@record
+class PartsReport(JobReport):
+    """The weights of a job rolled up, and its bob-weights."""
+
+    command: Literal["parts"] = "parts"
+    present: (
+        Annotated[float | None, "balance factor of the crank as it is; null: its throws cancel"] | Absent
+    ) = ABSENT
+    throws: Sequence[ThrowWeights]
+    rod: RodEnds | None
+    warnings: Sequence[str]
+
+
+# Weights of parts as lines to read.
+
+
+def parts_text(report: PartsReport, units: DisplayUnits) -> str:
+    """Return the roll-up of the parts and the bob-weights."""
+    blocks: list[str] = [from_here(report.job["file"])]
+    for throw in report.throws:
+        rows = [(_throw_name(throw), "weight", "may be off by")]
+        for weights, title in (
+            (throw.rotating, "rotating, one rod"),
+            (throw.reciprocating, "reciprocating, one rod"),
+            (throw.crankpin, "on the crankpin"),
+        ):
+            rows += [
+                (f"    {part.name}", units.of_mass(part.mass_g), _off(part.pm_g, units))
+                for part in weights.parts
+            ]
+            rows.append((f"  {title}", units.of_mass(weights.mass_g), _off(weights.pm_g, units)))
+        blocks.append(table(rows))
+        blocks.append(_bob_weight_text(throw, units))
+    if report.present is not ABSENT:
+        blocks.append(_present(report.present))
+    if report.rod is not None:
+        blocks.append(_rod_text(report.rod, units))
+    return "\n".join(blocks)
+
+
+def _bob_weight_text(throw: ThrowWeights, units: DisplayUnits) -> str:
+    rods = f"  {throw.rods} rod{'s' * (throw.rods != 1)}"
+    if throw.bob_weight_g is None or throw.balance_factor is None:
+        return f"{rods}; no bob-weight without a balance factor"
+    pin_fitted = throw.bob_weight_pin_fitted_g
+    fitted = ""
+    if pin_fitted is not None and pin_fitted != throw.bob_weight_g:
+        fitted = f"; with the crankpin fitted {units.of_mass(pin_fitted)}"
+    return (
+        f"{rods}; bob-weight at {throw.balance_factor:.4f}: {units.of_mass(throw.bob_weight_g)}"
+        f"{_plus_minus(throw.bob_weight_pm_g or 0.0, units)}{fitted}"
+    )
+
+
+def _present(factor: float | None) -> str:
+    if factor is None:
+        return "The throws cancel: the crank has no balance factor."
+    return f"Balance factor of the crank as it is, with these parts: {factor:.4f}"
+
+
+def _throw_name(throw: ThrowWeights) -> str:
+    return "Throw" if throw.number is None else f"Throw {throw.number}"
+
+
+def _off(pm_g: float, units: DisplayUnits) -> str:
+    return f"± {units.of_mass(pm_g)}" if pm_g else ""
+
+
+def _rod_text(rod: RodEnds, units: DisplayUnits) -> str:
+    lines = [
+        f"Bare rod: {units.of_mass(rod.big_end_g)} at the big end,"
+        f" {units.of_mass(rod.small_end_g)} at the small end"
+    ]
+    if rod.centre_from_big_end_mm is not None:
+        lines.append(f"  centre of mass {units.of_length(rod.centre_from_big_end_mm)} from the big end")
+    if rod.couple_inertia_g_mm2 is not None:
+        lines.append(
+            f"  its two masses miss {rod.couple_inertia_g_mm2 / G_MM2_PER_KG_MM2:.1f} kg·mm² of inertia:"
+            " the bearing loads count the couple"
+        )
+    return "\n".join(lines)
+
+
+def _plus_minus(pm_g: float, units: DisplayUnits) -> str:
+    """Return an uncertainty with its sign, or that none is stated."""
+    return f" ± {units.of_mass(pm_g)}" if pm_g else ", uncertainty not stated"
+
+
+# The public function.
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class PartsResult(VerbResult):
     """Weights of a job, with their uncertainty."""
@@ -34,7 +154,6 @@ class PartsResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return tables of weights and bob-weights."""
-        from autobalance.engines.parts.text import parts_text
         from autobalance.report.display_units import ON_SCREEN
 
         return parts_text(self.content, ON_SCREEN[units])

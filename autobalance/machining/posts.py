@@ -1,4 +1,4 @@
-"""Dialects of controls."""
+"""Dialects of NC programs, one file each; a new one registers here."""
 
 from __future__ import annotations
 
@@ -230,3 +230,18 @@ class LinuxCnc(Post):
                 raise JobError(
                     f'{key} is "{code}", not a code of LinuxCNC; use for example M62 P0, M100 or nothing'
                 )
+
+
+POSTS: dict[str, type[Post]] = {post.name: post for post in (LinuxCnc, Fanuc)}
+
+
+def post_named(name: str) -> type[Post]:
+    """Return the post of a name.
+
+    Raises
+    ------
+    JobError If the post is unknown.
+    """
+    if name not in POSTS:
+        raise JobError(f'machine.post is "{name}"; expected one of {", ".join(POSTS)}')
+    return POSTS[name]

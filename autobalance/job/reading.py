@@ -1,4 +1,4 @@
-"""The file of a balancing machine's reading."""
+"""The file of a balancing machine's reading, and the keys of every file that is read beside a job."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Dataclasses of a job: engine, assembly, readings."""
+"""A job in mm, g, s and rad; tables that few jobs hold are in separate modules."""
 
 from __future__ import annotations
 
@@ -326,3 +326,25 @@ class AssemblyEntry:
     permissible_g_mm: float | None
     speed_ratio: float
     values: Mapping[str, Any] = field(default_factory=dict)
+
+
+__all__ = [
+    "Attached",
+    "Balance",
+    "BalanceShaftEntry",
+    "Bolted",
+    "Crankshaft",
+    "CylinderLayout",
+    "Distribution",
+    "EngineParts",
+    "External",
+    "ExternalPart",
+    "LengthUnit",
+    "LinkRod",
+    "PartWeights",
+    "RodOnScales",
+    "Sampling",
+    "ThrowOil",
+    "ThrowParts",
+    "Weight",
+]

@@ -1,4 +1,4 @@
-"""Traces of rims turned down."""
+"""Turned rims: their trace."""
 
 from __future__ import annotations
 
@@ -31,6 +31,9 @@ from autobalance.solid.csg.shape import equal_area
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.value_classes import dataclass
+
+# Traces of rims turned down.
+
 
 PIN_WALL_MM = 2.0
 """Metal that a default ``min_radius_mm`` leaves outside of the crankpins (ours)."""

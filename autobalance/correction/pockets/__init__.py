@@ -1,1 +1,0 @@
-"""Milled pockets: outline and trace."""

@@ -1,1 +1,0 @@
-"""Turned rims: their trace."""

@@ -1,1 +1,0 @@
-"""Candidates for the balance factor: forces that each leaves, metal that each costs."""

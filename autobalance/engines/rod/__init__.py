@@ -1,1 +1,0 @@
-"""A connecting rod measured from its solid."""

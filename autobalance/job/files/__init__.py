@@ -1,1 +1,0 @@
-"""The files beside the job: bearings, rotors, readings, trials, designs, lists."""

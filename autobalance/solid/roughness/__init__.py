@@ -1,1 +1,0 @@
-"""Noise on the surface of a mesh: its presence and its size."""

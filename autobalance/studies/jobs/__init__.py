@@ -1,1 +1,0 @@
-"""The archive of jobs and statistics of a series."""
