@@ -61,8 +61,8 @@ def drag(page: Browser, cut: dict[str, Any], towards: str, by: float) -> None:
 
 def dragged(page: Browser) -> dict[str, list[float]]:
     """Return depths and turns as the sliders beside the model show them."""
-    script = "return [...document.querySelectorAll('#drags input')].map(each => Number(each.value))"
-    found: list[float] = page.run(script)
+    sliders = "[...document.querySelectorAll('#drags input[type=range]')]"
+    found: list[float] = page.run(f"return {sliders}.map(each => Number(each.value))")
     return {"depths_mm": found[0::2], "turns_deg": found[1::2]}
 
 
@@ -180,11 +180,53 @@ def test_a_handle_is_worked_by_keys_and_by_its_slider(page: Browser, cuts: list[
     until(page, "return document.getElementById('dragged').hidden")
     page.run("document.getElementById('drag-box').open = true")
     page.run(
-        "const slider = document.querySelector('#drags input'); slider.value = 3;"
+        "const slider = document.querySelector('#drags input[type=range]'); slider.value = 3;"
         "slider.dispatchEvent(new Event('input', { bubbles: true }))"
     )
     until(page, "return !document.getElementById('dragged').hidden")
     assert page.run(f"return Number({hand}.getAttribute('aria-valuenow'))") == pytest.approx(3.0, abs=step)
+
+
+def test_numbers_of_a_cut_are_typed_as_its_slider_moves_it(
+    page: Browser, project: Served, cuts: list[dict[str, Any]]
+) -> None:
+    """Depth, angle from the job's zero and drill, by the keyboard alone; each field says what it was."""
+    enter, down = "\ue007", "\ue015"
+    note = "return document.getElementById(arguments[0]).textContent"
+    all_of_it = "const field = document.querySelector(arguments[0]); field.focus(); field.select()"
+
+    def typed(field: str, text: str) -> None:
+        page.run(all_of_it, f"#gripped-{field}")
+        page.press(f"#gripped-{field}", text)
+
+    page.run("document.querySelector(`.handle[data-cut='1']`).focus()")
+    until(page, "return document.getElementById('gripped-stop')")
+    assert page.run(note, "gripped-stop-note") == "no change"
+    typed("stop", "5,5")
+    assert dragged(page)["depths_mm"][0] == pytest.approx(5.5, abs=0.06)  # a slider stands on its own steps
+    assert page.run(note, "gripped-stop-note") == f"was {cuts[0]['depth_mm']:.2f}"
+    angle = latest(project, "balance")["report"]["corrections"][0]["angle_deg"]
+    typed("angle", f"{angle + 7.3:.1f}{enter}")
+    assert page.run(note, "gripped-angle-note") == f"was {angle:.1f}°"
+    until(page, f"return !{SAYS}.ariaBusy && {SAYS}.textContent.includes('{angle + 7.3:.1f}° P1↺, 5.50 mm')")
+    asked = {"depths_mm": [5.5, cuts[1]["depth_mm"]], "turns_deg": [7.3, 0.0]}
+    own = project.ask(f"/api/runs/{latest(project, 'balance')['id']}/predict", asked).json
+    assert predicted(page, "dragged-says")[0] == pytest.approx(own["magnitude_g_mm"], rel=1e-6)
+    typed("stop", "99")  # is refused, and nothing moves
+    assert page.run(note, "gripped-stop-note") == f"0 to {cuts[0]['max_depth_mm']:.2f} mm"
+    assert page.run("return document.getElementById('gripped-stop').ariaInvalid") == "true"
+    typed("angle", f"{angle + 90.0:.1f}")
+    assert page.run(note, "gripped-angle-note") == f"{angle - 60.0:.1f}° to {angle + 60.0:.1f}°"
+    assert dragged(page)["turns_deg"][0] == pytest.approx(7.3, abs=0.26)
+    page.press("#gripped-stop", down)
+    assert dragged(page)["depths_mm"][0] < 5.45
+    own_drill, (other,) = cuts[0]["diameter_mm"], {12.0, 13.0} - {cuts[0]["diameter_mm"]}
+    typed("drill", f"{other:g}{enter}")
+    assert page.run(note, "gripped-drill-note") == f"was {own_drill:.2f}"
+    typed("drill", "3")
+    assert page.run(note, "gripped-drill-note") == "Drills of the shop: 12.00; 13.00."
+    page.run(BACK)
+    until(page, "return document.getElementById('dragged').hidden")
 
 
 def test_the_list_of_cuts_says_where_and_turns_the_view_to_each(page: Browser, project: Served) -> None:

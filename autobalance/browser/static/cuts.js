@@ -34,6 +34,11 @@ function turnTo(cut) {
   redrawNow();
 }
 
+// A cut of a result in words: its kind and size, its web, its angle from the zero of the job.
+export function cutWords({ number, kind, web, diameter_mm: wide }) {
+  const made = state.result?.report.corrections.find((each) => each.number === number);
+  return [`${nounOf(kind)}${wide ? ` ⌀${shown(wide, 2, "mm")}` : ""}`, web ? `${t("web")} ${web}` : "", typeof made?.angle_deg === "number" ? `${angleText(made.angle_deg)} ${signOf()}` : ""].filter(Boolean).join(", ");
+}
 // When a cut was ticked as done, with a sign.
 export const doneAt = ({ number }) => `✓ ${t("done {time}", { time: new Date(state.ticks[number]).toLocaleString(locale, { dateStyle: "short", timeStyle: "short" }) })}`;
 // Cuts have a depth; metal that is added has a height, and a table of its own.

@@ -56,7 +56,7 @@ const planned = () => ({ depths: cuts().map((cut) => cut.depth_mm), turns: cuts(
 
 // The view has the result too: handles may stand on it.
 export function grips() {
-  if (cuts().length) handles.show(cuts(), { cuts: cuts(), at: (place) => ({ depth: dragged.depths[place], turn: dragged.turns[place], diameter: dragged.diameters[place] }), set, thicker });
+  if (cuts().length) handles.show(cuts(), { cuts: cuts(), at: (place) => ({ depth: dragged.depths[place], turn: dragged.turns[place], diameter: dragged.diameters[place] }), set, thicker, grip });
 }
 
 // --- moves --------------------------------------------------------------------------------------------------
@@ -77,12 +77,19 @@ function moves(place, change) {
   dragged.gripped = place;
   changed();
 }
-export function set(place, depth, turn) {
+export const stepped = ({ depth_step_mm: step }, depth) => (step ? step * Math.round(depth / step) : depth);
+// isExact: to the angle that somebody typed, else to one that a dividing head can set.
+export function set(place, depth, turn, isExact = false) {
   moves(place, (each, cut) => {
-    const step = cut.depth_step_mm;
-    dragged.depths[each] = within(step ? step * Math.round(depth / step) : depth, 0, handles.most(cut));
-    dragged.turns[each] = cut.may_turn ? within(Math.round(turn / TURN_STEP) * TURN_STEP, -TURN, TURN) : 0;
+    dragged.depths[each] = within(stepped(cut, depth), 0, handles.most(cut));
+    dragged.turns[each] = cut.may_turn ? within(isExact ? turn : Math.round(turn / TURN_STEP) * TURN_STEP, -TURN, TURN) : 0;
   });
+}
+// A cut that somebody is about to move: its numbers are at the top of the panel.
+export function grip(place) {
+  if (dragged.gripped === place) return;
+  dragged.gripped = place;
+  redraw();
 }
 // Another of the shop's drills.
 export const drill = (place, diameter) => moves(place, (each) => { dragged.diameters[each] = diameter; });
@@ -93,7 +100,7 @@ function thicker(place, by) {
 }
 export function asItWas() {
   remembered(-2);
-  Object.assign(dragged, planned());
+  Object.assign(dragged, planned(), { gripped: -1 });
   changed();
 }
 function changed() {

@@ -1,5 +1,6 @@
 // Handles on the cuts in the model: dragged along a cut for its depth, across it for its angle; or by keys.
 import { $, el, shown, withUnit } from "/static/tools.js";
+import { cutWords } from "/static/cuts.js";
 import { t } from "/static/words.js";
 
 const GRIPPED = 4; // px before a drag has a direction
@@ -9,7 +10,7 @@ const STEEP = 0.25; // share of its length that a depth must show on the screen 
 
 let view = null;
 let hands = [];
-let given = null; // { cuts, at(place) → { depth, turn, diameter }, set(place, depth, turn), thicker(place, by) }
+let given = null; // { cuts, at(place) → { depth, turn, diameter }, set(place, depth, turn), thicker(place, by), grip(place) }
 
 export function setUp(model) {
   view = model;
@@ -25,8 +26,9 @@ export function show(cuts, asked) {
   given = asked;
   hiding++;
   hands = cuts.map((cut, place) => {
-    const made = el("div", { tabIndex: 0, className: "handle", role: "slider", textContent: String(cut.number), "aria-valuemin": "0", "aria-valuemax": most(cut).toFixed(3), "aria-label": `Cut ${cut.number}, ${cut.label}: depth [mm]${cut.may_turn ? "; left and right turn it about the axis" : ""}${cut.drills.length > 1 ? "; brackets choose the drill" : ""}`, data: { testid: "handle", cut: String(cut.number) } });
+    const made = el("div", { tabIndex: 0, className: "handle", role: "slider", textContent: String(cut.number), "aria-valuemin": "0", "aria-valuemax": most(cut).toFixed(3), "aria-label": [`${t("Cut {number}", cut)}, ${cutWords(cut)}: ${t("depth")} [mm]`, cut.may_turn ? t("left and right turn it about the axis") : "", cut.drills.length > 1 ? t("brackets choose the drill") : ""].filter(Boolean).join("; "), data: { testid: "handle", cut: String(cut.number) } });
     made.addEventListener("pointerdown", (event) => grip(event, made, cut, place));
+    made.addEventListener("focus", () => given.grip(place));
     made.addEventListener("keydown", (event) => keyed(event, cut, place));
     if (cut.drills.length > 1) made.addEventListener("wheel", (event) => { event.preventDefault(); given.thicker(place, event.deltaY < 0 ? 1 : -1); }, { passive: false });
     return made;
@@ -148,7 +150,7 @@ function keyed(event, cut, place) {
   else if (thicker) given.thicker(place, thicker);
   else if (event.key === "Home") given.set(place, 0, turn);
   else if (event.key === "End") given.set(place, most(cut), turn);
-  else if (event.key === "Escape") given.set(place, cut.depth_mm, 0);
+  else if (event.key === "Escape") { given.set(place, cut.depth_mm, 0); given.grip(-1); }
   else return;
   event.preventDefault();
 }
