@@ -156,12 +156,13 @@ def test_an_infeasible_job_offers_what_would_suffice(window: Browser, app: Serve
         assert balanced(page) == "above_tolerance"
         assert "Max depth" in page.run("return document.querySelector('[data-testid=reason]').textContent")
         assert latest(app, "balance")["exit_code"] == 4
-        changes = json.loads(
-            page.run(
-                "const button = document.querySelector('#relaxations button'); button.click();"
-                "return button.dataset.changes"
-            )
-        )
+        changes = json.loads(page.run("return document.querySelector('#relaxations button').dataset.changes"))
+        main = "return [...document.querySelectorAll('#line button.main')].map(each => each.id)"
+        assert page.run(main) == ["line-remedy"]  # what helps, not the machine
+        page.click_on(at("line-change-plan"))
+        assert page.run("return document.body.dataset.tab") == "correct"
+        page.click_on(at("tab-see"))
+        page.click_on(at("line-remedy"))
         until(page, f"{VERDICT} !== 'above_tolerance'")
         assert outcome(page) == "within_tolerance"
         assert latest(app, "balance")["report"]["outcome"] == "within_tolerance"

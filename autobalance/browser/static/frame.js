@@ -16,6 +16,7 @@ import { draggedPolars, previewPolars, resultPolars } from "/static/polar.js";
 import { isStart } from "/static/start.js";
 import { Cancel, cutting, doing, results, running } from "/static/runs.js";
 import { isComparing } from "/static/board.js";
+import { remedies } from "/static/see.js";
 import { mount } from "/static/store.js";
 import { unitOf } from "/static/units.js";
 import { deciding, judged } from "/static/verdict.js";
@@ -107,6 +108,7 @@ const LINES = {
     if (!found) return { tone: "plain", words: t("No result yet"), says: t("Plan the cuts, then cut and measure."), main: { words: `${t("Plan the cuts")} ${NEXT}`, work: to("correct") } };
     const isStale = found.tone === "stale", isMoved = anyMoved() && dragged.left;
     if (isMoved) return { tone: dragged.left.worst_share <= 1 ? "warn" : "bad", words: t("Moved by hand, not cut yet"), says: t("Predicted: {left} of what is permitted.", { left: `${shown(100 * dragged.left.worst_share, 0)} %` }), bars: predictedBars(), main: dragged.verb === "balance" ? { id: "line-cut-moved", words: t("Cut and measure"), work: trial } : { id: "line-as-it-was", words: t("Reset"), work: asItWas } };
+    if (!isStale && found.tone === "bad") return { ...found, bars: planeBars(), ...helps(found) };
     return { ...found, says: isStale ? t("The job has changed since then.") : found.says, bars: planeBars(), main: isStale ? { id: "line-cut-again", words: t("Cut again"), work: () => balance() } : { words: `${t("To the machine")} ${NEXT}`, work: to("machine") } };
   },
   machine: () => {
@@ -123,6 +125,14 @@ const LINES = {
   analyse,
   history: () => ({ tone: "plain", words: t("History"), says: t("Results: {count}", { count: results().length }), main: { words: `${t(state.result ? "To the result" : "To the crank")} ${NEXT}`, work: to(state.result ? "see" : "open") } }),
 };
+// Above tolerance the main button is what helps: other counterweights, a change that suffices, else another plan. Of a reading the machine's step plans on.
+function helps({ says }) {
+  const plan = { id: "line-change-plan", text: t("Change the plan"), work: to("correct") }, drawn = unsuited(), [remedy] = remedies();
+  if (state.result.report.command === "recut") return { more: plan, main: { words: `${t("To the machine")} ${NEXT}`, work: to("machine") } };
+  if (drawn) return { says: drawn.says, more: plan, main: { ...drawn.more, words: drawn.more.text } };
+  if (remedy) return { says: `${says} ${t("What would do it: {change}.", { change: remedy.words })}`, more: plan, main: { id: "line-remedy", words: t("Try the change"), work: remedy.work } };
+  return { main: { id: "line-change-plan", words: `${plan.text} ${NEXT}`, work: plan.work } };
+}
 const predictedBars = () => {
   const { tolerance } = state.result.report, { planes, magnitude_g_mm: size } = dragged.left;
   return planes.length ? planes.map((plane, k) => [`${t("Plane")} ${plane.name}`, plane.magnitude_g_mm, null, tolerance.planes[k].permissible_g_mm, true]) : [[t("Resultant"), size, null, tolerance.permissible_g_mm, true]];

@@ -108,11 +108,13 @@ const back = guarded(async (told) => {
   changed();
 });
 
-// What would suffice where the limits do not: each change is a button.
+// What would suffice where the limits do not: each change is a button, the first one the main button of the step.
+export const remedies = () => (state.result?.report.relaxations || []).filter(({ changes }) => changes.length).map(({ text, changes }) => {
+  const values = Object.fromEntries(changes.map(({ key, proposed }) => [key, proposed]));
+  return { words: said(text), values, work: () => { applied(values); balance(); } };
+});
 function Remedies() {
-  const found = (state.result?.report.relaxations || []).filter(({ changes }) => changes.length);
-  const values = (changes) => Object.fromEntries(changes.map(({ key, proposed }) => [key, proposed]));
-  return html`<div id="relaxations" data-testid="relaxations" class="buttons">${found.map(({ text, changes }) => html`<button type="button" data-changes=${JSON.stringify(values(changes))} onClick=${() => { applied(values(changes)); balance(); }}>${t("Try {change}", { change: said(text) })}</button>`)}</div>`;
+  return html`<div id="relaxations" data-testid="relaxations" class="buttons">${remedies().map(({ words, values, work }) => html`<button type="button" data-changes=${JSON.stringify(values)} onClick=${work}>${t("Try {change}", { change: words })}</button>`)}</div>`;
 }
 
 const PAPERS = [["For the machinist", ["sheet.pdf", "holes.csv", "drawing.dxf"]], ["For the balancing machine", ["bob-weights.pdf", "reading.toml"]], ["For the customer", ["certificate.pdf", "report.html", "history.html", "crank-before.png", "crank-after.png"]]];
