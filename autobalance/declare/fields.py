@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import MISSING
@@ -241,7 +242,7 @@ def _table(result: Any) -> Values:
     table: Values = {}
     of: type = type(result)
     for each in fields_of(of):
-        value = getattr(result, each.name)
+        value = getattr(result, each.name, ABSENT)  # what was read partly may lack it
         if value is ABSENT or (each.omitted and value is None):
             continue
         if each.inline:
@@ -251,30 +252,33 @@ def _table(result: Any) -> Values:
     return table
 
 
-def decoded(of: type[T], value: Any) -> T:
+def decoded(of: type[T], value: Any, partly: bool = False) -> T:
     """Return a record from what a report has of it: the inverse of ``encoded``.
 
     Sequences become tuples. A derived value is the stored one, or derived again if it is missing. A record
-    computed from values that no report has lacks them.
+    computed from values that no report has lacks them. Read ``partly``, as from a report of an earlier
+    version, it also lacks what is missing there, or has its default: reading such a field is an
+    AttributeError.
 
     Raises
     ------
     ValueError
         If a key is missing or of another type; the message begins with its place, as ``.planes[2].g_mm``.
     """
-    result: T = _decoded(of, value, None)
+    result: T = _decoded(of, value, None, partly)
     return result
 
 
-def _decoded(of: Any, value: Any, unit: Unit | None) -> Any:  # noqa: PLR0911 - one return a form
+def _decoded(of: Any, value: Any, unit: Unit | None, partly: bool) -> Any:  # noqa: PLR0911 - one return a form
     origin, inner = get_origin(of), get_args(of)
     if origin is Annotated:
-        return _decoded(inner[0], value, next((mark for mark in inner[1:] if isinstance(mark, Unit)), unit))
+        own = next((mark for mark in inner[1:] if isinstance(mark, Unit)), unit)
+        return _decoded(inner[0], value, own, partly)
     if dataclasses.is_dataclass(of):
-        return _decoded_table(of, value)
+        return _decoded_table(of, value, partly)
     if origin in (Union, UnionType):
         arms = [each for each in inner if each is not Absent]
-        return None if value is None and type(None) in arms else _first_fitting(arms, value, unit)
+        return None if value is None and type(None) in arms else _first_fitting(arms, value, unit, partly)
     if origin in (tuple, list, Sequence):
         if not isinstance(value, list):
             raise ValueError(f" is {value!r}; expected a list")
@@ -282,9 +286,9 @@ def _decoded(of: Any, value: Any, unit: Unit | None) -> Any:  # noqa: PLR0911 - 
         if len(each_of) != len(value):
             raise ValueError(f" has {len(value)} entries; expected {len(each_of)}")
         pairs = enumerate(zip(each_of, value, strict=True), 1)
-        return tuple(_at(f"[{place}]", one, each, unit) for place, (one, each) in pairs)
+        return tuple(_at(f"[{place}]", one, each, unit, partly) for place, (one, each) in pairs)
     if origin is np.ndarray:
-        array: Any = np.asarray(_decoded(Sequence[Any], value, None), float)
+        array: Any = np.asarray(_decoded(Sequence[Any], value, None, partly), float)
         return array if unit is None else unit.read(array)
     if origin is Literal:
         if value not in inner:
@@ -307,37 +311,52 @@ def _plain(of: Any, value: Any, unit: Unit | None) -> Any:
     return value
 
 
-def _first_fitting(arms: Sequence[Any], value: Any, unit: Unit | None) -> Any:
+def _first_fitting(arms: Sequence[Any], value: Any, unit: Unit | None, partly: bool) -> Any:
     refused = []
     for each in arms:
         try:
-            return _decoded(each, value, unit)
+            return _decoded(each, value, unit, partly)
         except ValueError as error:
             refused.append(error)
     raise refused[0]
 
 
-def _decoded_table(of: Any, value: Any) -> Any:
+def _decoded_table(of: Any, value: Any, partly: bool) -> Any:
     if not isinstance(value, Mapping):
         raise ValueError(f" is {value!r}; expected a table")
     arguments: Values = {}
     derived: Values = {}
     for each in fields_of(of):
         if each.inline:
-            arguments[each.name] = _decoded_inline(of, each, value)
+            arguments[each.name] = _decoded_inline(of, each, value, partly)
         elif each.key in value:
-            found = _at(f".{each.key}", each.hint, value[each.key], each.unit)
+            found = _at(f".{each.key}", each.hint, value[each.key], each.unit, partly)
             (derived if each.derived else arguments)[each.name] = found
+        elif partly:
+            continue
         elif each.required and not (each.derived and _is_whole(of)):
             raise ValueError(f".{each.key} is missing")
         elif not each.derived:
             arguments[each.name] = None if each.omitted else ABSENT
-    if _is_whole(of):
+    if _is_whole(of) and not partly:
         made = of(**arguments)
     else:
         made = object.__new__(of)
-        vars(made).update(arguments)
+        vars(made).update(_made_defaults(of) | arguments)
     vars(made).update(derived)
+    return made
+
+
+def _made_defaults(of: Any) -> Values:
+    """Return the defaults that are made anew for each record; the others are attributes of its class."""
+    factories = ((each.name, each.default_factory) for each in dataclasses.fields(of))
+    return {name: make() for name, make in factories if make is not MISSING}
+
+
+def changed(of: T, **values: Any) -> T:
+    """Return a record with other values; what one that was read partly lacks, it lacks too."""
+    made = copy.copy(of)
+    vars(made).update(values)
     return made
 
 
@@ -351,16 +370,18 @@ def _is_whole(of: Any) -> bool:
     )
 
 
-def _decoded_inline(of: Any, field: Field, value: Mapping[str, Any]) -> Any:
+def _decoded_inline(of: Any, field: Field, value: Mapping[str, Any], partly: bool) -> Any:
     """Return a record whose keys are among another's, or a mapping of the keys that no field has."""
     if field.registered is not None:
         types = field.registered()
-        return {key: _at(f".{key}", hint, value[key], None) for key, hint in types.items() if key in value}
+        found = {key: hint for key, hint in types.items() if key in value}
+        return {key: _at(f".{key}", hint, value[key], None, partly) for key, hint in found.items()}
     record = _record_in(field.hint)
     if record is None:
         return {key: each for key, each in value.items() if key not in set(_keys(of))}
     there = any(key in value for key in _keys(record))
-    return _decoded_table(record, value) if there or type(None) not in get_args(bare(field.hint)) else None
+    is_optional = type(None) in get_args(bare(field.hint))
+    return None if is_optional and not there else _decoded_table(record, value, partly)
 
 
 def _record_in(hint: Any) -> Any:
@@ -380,8 +401,8 @@ def _keys(of: Any) -> Iterator[str]:
             yield from _keys(inner)
 
 
-def _at(place: str, of: Any, value: Any, unit: Unit | None) -> Any:
+def _at(place: str, of: Any, value: Any, unit: Unit | None, partly: bool) -> Any:
     try:
-        return _decoded(of, value, unit)
+        return _decoded(of, value, unit, partly)
     except ValueError as error:
         raise ValueError(f"{place}{error}") from None

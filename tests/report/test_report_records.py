@@ -42,6 +42,7 @@ from autobalance.declare import (
     Rpm,
     Size,
     Unit,
+    changed,
     decoded,
     derived,
     encoded,
@@ -130,6 +131,20 @@ def test_what_was_written_is_read_again() -> None:
             decoded(Outer, encoded(outer()) | wrong)
     with pytest.raises(ValueError, match=r"^\.from is missing"):
         decoded(Outer, {key: each for key, each in encoded(outer()).items() if key != "from"})
+
+
+def test_what_an_earlier_version_wrote_is_read_as_far_as_it_goes() -> None:
+    """Its writing again leaves out what it lacks, and what is there must still be of its type."""
+    earlier = {key: each for key, each in encoded(outer()).items() if key not in ("from", "angle_deg")}
+    again = decoded(Outer, earlier, partly=True)
+    assert (again.left_out, again.unbalance_g_mm, again.more) == (ABSENT, (1.0, 2.0), {"kind_mm": 4.0})
+    with pytest.raises(AttributeError, match="from_"):
+        _ = again.from_
+    turned = encoded(changed(again, angle_rad=0.5 * math.pi))
+    assert (set(turned), turned["angle_deg"]) == ({*earlier, "angle_deg"}, 90.0)
+    assert not hasattr(again, "angle_rad")
+    with pytest.raises(ValueError, match=r"^\.unbalance_g_mm is 1.0; expected a list"):
+        decoded(Outer, earlier | {"unbalance_g_mm": 1.0}, partly=True)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
