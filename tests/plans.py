@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.paper.drawing import Drawings, drawn, listed_metal
+from autobalance.report.records.balanced import BalancedReport
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from tests.jobs import ROOT
@@ -59,7 +60,7 @@ def plan(count: int, kinds: tuple[str, ...] = KINDS, seed: int = 1) -> dict[str,
 def drawings_of(report: dict[str, Any]) -> Drawings:
     """Return the outlines of the crank and of the cuts as listed."""
     solid = crank()
-    return drawn(report, solid.mesh, listed_metal(report, solid))
+    return drawn(BalancedReport.read(report), solid.mesh, listed_metal(BalancedReport.read(report), solid))
 
 
 def _cut(number: int, kind: str, rng: np.random.Generator) -> dict[str, Any]:

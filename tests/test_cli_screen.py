@@ -8,12 +8,13 @@ from pathlib import Path
 import pytest
 
 from autobalance.command.shop_units import shop_units
+from autobalance.declare import decoded
 from autobalance.job import Job
 from autobalance.report.balance.zero import FROM_CRANKPIN, cut_rows
 from autobalance.report.display_units import ON_SCREEN
 from autobalance.report.files import from_here
+from autobalance.report.records.balanced import Cut
 from autobalance.report.tables import DRAWN_BY, fitted, fitted_table, plain_table, whole
-from autobalance.types import Report
 from tests import jobs
 from tests.frozen.outputs import HERE
 
@@ -43,8 +44,8 @@ def test_a_table_of_46_cuts_has_a_line_a_cut(units: str) -> None:
     assert shown[shown.index("359.9°") + 1 :][:2] == length
 
 
-def cut(number: int) -> Report:
-    return {
+def cut(number: int) -> Cut:
+    item = {
         "kind": "drill",
         "number": number,
         "face": None,
@@ -57,6 +58,7 @@ def cut(number: int) -> Report:
         "entry_radius_mm": 104.25,
         "position_mm": [100.0, 0.0, -301.5],
     }
+    return decoded(Cut, item, partly=True)
 
 
 def test_lines_are_broken_between_words_and_never_between_a_number_and_its_unit() -> None:

@@ -14,6 +14,7 @@ from pypdf import PdfReader
 import autobalance as ab
 from autobalance.paper.drawing import drawings, listed_metal
 from autobalance.report.metal import pieces_of
+from autobalance.report.records.balanced import BalancedReport
 from autobalance.solid.csg.region import Region
 from tests import jobs, mixed_kinds
 
@@ -61,8 +62,12 @@ def test_listed_metal_casts_the_shadow_of_what_went(mixed: ab.BalanceResult) -> 
     before, after = mixed.before.measured.source.solid, balanced.result.solid
     assert after is not None
     frame = np.array(mixed.report["frame"]["file_to_rotor"])
-    true = drawings(mixed.report, before, pieces_of(mixed.report, before, balanced.result.tools))
-    listed = listed_metal(mixed.report, after.moved(frame))
+    true = drawings(
+        BalancedReport.read(mixed.report),
+        before,
+        pieces_of(BalancedReport.read(mixed.report), before, balanced.result.tools),
+    )
+    listed = listed_metal(BalancedReport.read(mixed.report), after.moved(frame))
     compared = 0
     for web in true.webs:
         for number, polygons in web.cuts.items():

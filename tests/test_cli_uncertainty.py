@@ -13,6 +13,7 @@ import pytest
 
 from autobalance.report.balance.text import balance_text
 from autobalance.report.display_units import ON_SCREEN
+from autobalance.report.records.balanced import BalancedReport
 from autobalance.solid.chordal_error import of_mesh
 from tests import jobs
 
@@ -110,7 +111,7 @@ def test_depth_counts_with_the_slope_of_every_cut(stated: tuple[Path, Report]) -
 def test_what_the_job_does_not_state_is_named(tmp_path: Path) -> None:
     report = jobs.balanced(jobs.bundled_job(tmp_path), tmp_path / "out", 0, "--only", "html")
     assert report["residual"]["uncertainty_unstated"] == ["density", "weights", "depth"]
-    text = balance_text(report, ON_SCREEN["metric"], verbose=True)
+    text = balance_text(BalancedReport.read(report), ON_SCREEN["metric"], verbose=True)
     assert "no tolerance given for density, weights, depth: taken as 0" in text
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "not stated: density, weights, depth" in page
@@ -263,7 +264,7 @@ def test_surfaces_of_a_sample_of_facets_are_as_sure_as_of_all(
     monkeypatch.setattr(of_mesh, "FACETS_MOST", 10)
     report = jobs.computed(job, tmp_path / "out")
     assert shares(report)["facets"] == pytest.approx(every, rel=0.1)
-    text = balance_text(report, ON_SCREEN["metric"], verbose=True)
+    text = balance_text(BalancedReport.read(report), ON_SCREEN["metric"], verbose=True)
     assert f"Uncertainty  ± {report['residual']['uncertainty_g_mm']:.2f} g·mm" in text
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
     report = jobs.computed(added(job, balance='margin = "expanded"'), tmp_path / "out")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.paper.drawing import listed_metal
+from autobalance.report.records.balanced import BalancedReport
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array
@@ -20,13 +21,15 @@ STEP_MM = 1e-3
 
 def measured(crank: Solid, items: Sequence[Item]) -> Unbalance:
     """Return the unbalance of the metal that these holes take out of the crank."""
-    holes = listed_metal({"crank": {"webs": []}, "corrections": items}, crank)
+    holes = listed_metal(BalancedReport.read({"crank": {"webs": []}, "corrections": items}), crank)
     return Unbalance.of((crank & union(list(holes.values()))).moments(plans.STEEL))
 
 
 def state_effects(item: Item, crank: Solid) -> None:
     """Put into a listed hole what it truly does to this crank."""
-    (hole,) = listed_metal({"crank": {"webs": []}, "corrections": [item]}, crank).values()
+    (hole,) = listed_metal(
+        BalancedReport.read({"crank": {"webs": []}, "corrections": [item]}), crank
+    ).values()
     gone = (hole & crank).moments(plans.STEEL)
     deeper = measured(crank, [item | {"depth_mm": item["depth_mm"] + STEP_MM}])
     rate = (deeper - measured(crank, [item])).scaled(1.0 / STEP_MM)

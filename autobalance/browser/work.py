@@ -214,8 +214,8 @@ def _written(result: BalanceResult, place: Place, notify: Progress) -> int:
     for name, data in papers.items():
         place.keep(name, data)
     place.keep(WEBS, _webs(material))
-    drawn = with_design_radii(material.report)["corrections"]  # the radii that the papers have
-    radii = [each.get("entry_radius_mm", each["radius_mm"]) for each in drawn]
+    drawn = with_design_radii(material.balanced).corrections  # the radii that the papers have
+    radii = [each.shown_radius_mm for each in drawn]
     setups = [set_up_letter(each) for each in drawn]
     model = {**linear_model(result), "papers": list(papers), "radii_mm": radii, "setups": setups}
     place.keep(MODEL, json.dumps(model, allow_nan=False).encode())
@@ -252,9 +252,9 @@ def _webs(material: Material) -> bytes:
     from autobalance.paper.svg_pen import section_drawings, web_drawings
     from autobalance.report.balance.datums import with_design_radii
 
-    report = with_design_radii(material.report)
+    report = with_design_radii(material.balanced)
     given = report, material.drawings, material.choice.units
-    drawn = [*web_drawings(*given), *section_drawings(*given)] if report["corrections"] else []
+    drawn = [*web_drawings(*given), *section_drawings(*given)] if report.corrections else []
     return json.dumps([asdict(each) for each in drawn]).encode()
 
 
@@ -302,10 +302,11 @@ def _picture(result: BalanceResult) -> bytes:
     from autobalance.report.balance.values import showable
     from autobalance.report.page.view import Shown
     from autobalance.report.pictures.picture import pictures
+    from autobalance.report.records.balanced import BalancedReport
 
     record = result.record.balanced
     assert record is not None
-    report, before = showable(result.report), result.before.measured.source.solid
+    report, before = BalancedReport.read(showable(result.report)), result.before.measured.source.solid
     shown = Shown.of(report, before, record.result.solid, record.result.tools)
     return pictures(report, before.mesh, shown.body, shown.pieces, CARD_PIXELS)[1]
 

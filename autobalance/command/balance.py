@@ -46,6 +46,7 @@ def _balance(arguments: argparse.Namespace) -> int:
     from autobalance.report.balance.text import balance_text
     from autobalance.report.balance.values import dumps
     from autobalance.report.display_units import ON_SCREEN
+    from autobalance.report.records.balanced import BalancedReport
 
     if arguments.json == "-":
         for text in done.warnings:
@@ -53,7 +54,9 @@ def _balance(arguments: argparse.Namespace) -> int:
         say_as_it_is(dumps(done.report).removesuffix("\n"))
     else:
         units = ON_SCREEN[arguments.units]
-        text = balance_text(done.report, units, folder, arguments.verbose, arguments.zero)
+        text = balance_text(
+            BalancedReport.read(done.report), units, folder, arguments.verbose, arguments.zero
+        )
         page = page_of(folder, done.report)
         say_result(text, done.files, done.warnings, page, arguments.open)
     return judged(done.result, arguments)
@@ -143,6 +146,7 @@ def _recut(arguments: argparse.Namespace) -> int:
     from autobalance.report.balance.recut_text import recut_text
     from autobalance.report.balance.values import dumps
     from autobalance.report.display_units import ON_SCREEN
+    from autobalance.report.records.balanced import BalancedReport
     from autobalance.verbs.progress import telling
     from autobalance.verbs.recut import recut
     from autobalance.verbs.result_files import committed, staging_for
@@ -166,7 +170,7 @@ def _recut(arguments: argparse.Namespace) -> int:
         say_as_it_is(dumps(values).removesuffix("\n"))
     else:
         units = ON_SCREEN[arguments.units]
-        text = recut_text(values, units, folder, arguments.verbose, arguments.zero)
+        text = recut_text(BalancedReport.read(values), units, folder, arguments.verbose, arguments.zero)
         page = page_of(folder, values) or folder / values["outputs"]["history"]["file"]
         say_result(text, files, warnings, page, arguments.open)
     return judged(result, arguments)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from autobalance.command.console import add_objects
 from autobalance.command.options import add_units
+
+if TYPE_CHECKING:
+    from autobalance.report.records.balanced import BalancedReport
 
 
 class Published(NamedTuple):
@@ -48,6 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.command.console import called_as, say, shown, warn
     from autobalance.report.bundle import choice_of
     from autobalance.report.display_units import ON_SCREEN
+    from autobalance.report.records.balanced import BalancedReport
     from autobalance.report.tables import whole
     from autobalance.verbs.balanced_files import balance_to_files
     from autobalance.verbs.progress import telling
@@ -64,7 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
 
             demo_job = job.load(jobs / f"{case.job}.toml")
             done.append(balance_to_files(demo_job, output / case.job, None, telling(of_both), choice))
-    say(demo_text([each.report for each in done], ON_SCREEN[arguments.units]))
+    say(demo_text([BalancedReport.read(each.report) for each in done], ON_SCREEN[arguments.units]))
     for text in (text for each in done for text in each.warnings):
         warn(text)
     say(f"\nWritten: {', '.join(whole(output / case.job) for case in CASES)}")
@@ -72,23 +76,23 @@ def run(arguments: argparse.Namespace) -> int:
     return max(each.result.exit_code for each in done)
 
 
-def demo_text(reports: Sequence[Mapping[str, Any]], units: Any) -> str:
+def demo_text(reports: Sequence[BalancedReport], units: Any) -> str:
     """Return one table: depth, passes and residual beside the published ones."""
     from autobalance.report.balance.comparison import VERDICTS
     from autobalance.report.tables import table
-    from autobalance.wording import NOT_PROVEN, is_unproven
+    from autobalance.wording import NOT_PROVEN
 
     rows = [("", "depth", "passes", "residual", "permitted", "")]
     for case, report in zip(CASES, reports, strict=True):
-        depth = max((each["depth_mm"] for each in report["corrections"]), default=0.0)
+        depth = max((each.depth_mm for each in report.corrections), default=0.0)
         rows.append(
             (
-                f"{case.title} ({report['balance_factor']['target']:.4f})",
+                f"{case.title} ({report.balance_factor.target:.4f})",
                 units.of_length(depth),
-                str(len(report["steps"])),
-                units.of_unbalance(report["residual"]["magnitude_g_mm"]),
-                units.of_unbalance(report["tolerance"]["permissible_g_mm"]),
-                VERDICTS[report["outcome"]] + NOT_PROVEN * is_unproven(report),
+                str(len(report.steps)),
+                units.of_unbalance(report.residual.magnitude_g_mm),
+                units.of_unbalance(report.tolerance.permissible_g_mm),
+                VERDICTS[report.outcome] + NOT_PROVEN * report.is_unproven,
             )
         )
         rows.append(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from reportlab.platypus import Flowable, KeepTogether, Spacer
@@ -15,21 +15,23 @@ from autobalance.paper.pen import POINTS_PER_MM
 from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import ON_PAPER, DisplayUnits, UnitSystem, both_g, plain
 from autobalance.report.job_header import external_words, turning_words
-from autobalance.types import Report
-from autobalance.wording import at, grams, oil_on_crankpin_g, part_name
+from autobalance.report.records.balance import BobWeight
+from autobalance.report.records.balanced import BalancedReport
 
 Make = tuple[str, str, float, float, float]
 """Part, group that it counts in, number of parts, weight of one [g], share of it."""
 
 
-def bob_card(report: Report, paper: Paper = "A4", units: UnitSystem = "metric", date: str = "") -> bytes:
+def bob_card(
+    report: BalancedReport, paper: Paper = "A4", units: UnitSystem = "metric", date: str = ""
+) -> bytes:
     """Return the card, throws with the same bob-weight together."""
     wide, high = PAPERS_MM[paper]
     u = ON_PAPER[units]
     sheet = Sheet(report, u, date, wide, high, "Bob-weights")
-    factor = at(report, "balance_factor.target")
+    factor = report.balance_factor.target
     text = (
-        f"{part_name(report)}, balance factor {factor:.4f}. Each bob-weight: crankpin parts + rods × "
+        f"{report.part_name}, balance factor {factor:.4f}. Each bob-weight: crankpin parts + rods × "
         "(rotating + factor × reciprocating). All off by their tolerance at once use a tenth of the "
         f"permissible unbalance.{turning_words(report)}"
     )
@@ -39,7 +41,7 @@ def bob_card(report: Report, paper: Paper = "A4", units: UnitSystem = "metric", 
     ]
     for throws, bob in _equal_bobs(report):
         story += [Spacer(1.0, 3.0 * POINTS_PER_MM), _throws(report, throws, bob, u, wide - 2.0 * MARGIN_MM)]
-    if report.get("external"):
+    if report.external:
         parts = external_table(report, u, wide - 2.0 * MARGIN_MM, Zero.of(report, "crankpin"))
         heading = prose("External balance, angles ccw from crankpin 1", 12.0, bold=True)
         story.append(Spacer(1.0, 3.0 * POINTS_PER_MM))
@@ -47,32 +49,31 @@ def bob_card(report: Report, paper: Paper = "A4", units: UnitSystem = "metric", 
     return written(sheet, paper, [template("card", sheet, 0.0)], story)[1]
 
 
-def _equal_bobs(report: Report) -> list[tuple[list[int], Report]]:
+def _equal_bobs(report: BalancedReport) -> list[tuple[list[int], BobWeight]]:
     """Return the throws with the same bob-weight, each group with one of its bob-weights."""
-    groups: dict[Any, tuple[list[int], Report]] = {}
-    for bob in report["engine"]["bob_weights"]:
-        key = (tuple(make_up(report, int(bob["throw"]))), round(fit_g(report, bob), 6))
-        groups.setdefault(key, ([], bob))[0].append(int(bob["throw"]))
+    groups: dict[Any, tuple[list[int], BobWeight]] = {}
+    for bob in report.engine.bob_weights:
+        key = (tuple(make_up(report, bob.throw)), round(fit_g(report, bob), 6))
+        groups.setdefault(key, ([], bob))[0].append(bob.throw)
     return list(groups.values())
 
 
-def make_up(report: Report, throw: int) -> list[Make]:
+def make_up(report: BalancedReport, throw: int) -> list[Make]:
     """Return the parts of a throw's bob-weight as the job names them."""
-    engine = at(report, "job.engine")
-    own: Mapping[str, Any] = next((each for each in engine.get("throw") or [] if each["number"] == throw), {})
-    rods = int(own.get("rods") or engine.get("rods_per_throw") or 1)
-    factor = float(at(report, "balance_factor.target"))
+    loads, rods = report.given.engine.of_throw(throw)
+    factor, oil_g = report.balance_factor.target, report.oil_on_crankpin_g(throw)
     groups = (("rotating_g", "rotating", rods, 1.0), ("reciprocating_g", "reciprocating", rods, factor),
               ("crankpin_g", "on the crankpin", 1, 1.0))  # fmt: skip
-    oil_g = oil_on_crankpin_g(report, throw)
     return [
-        (name.replace("_", " "), how, float(count), grams(value), share)
+        (name.replace("_", " "), how, float(count), grams, share)
         for key, how, count, share in groups
-        for name, value in (own.get(key) or engine.get(key) or {}).items()
+        for name, grams in (loads.weights_g(key) or report.given.engine.weights_g(key)).items()
     ] + ([("oil in the crank", "on the crankpin", 1.0, oil_g, 1.0)] if oil_g else [])
 
 
-def _throws(report: Report, throws: Sequence[int], bob: Report, u: DisplayUnits, wide_mm: float) -> Flowable:
+def _throws(
+    report: BalancedReport, throws: Sequence[int], bob: BobWeight, u: DisplayUnits, wide_mm: float
+) -> Flowable:
     """Return the section of the card for throws with the same bob-weight."""
     columns = [
         Column("part", 52.0, "left"),
@@ -93,18 +94,16 @@ def _throws(report: Report, throws: Sequence[int], bob: Report, u: DisplayUnits,
         ]
         for name, how, count, grams, share in make_up(report, throws[0])
     ]
-    total, fitted = float(bob["mass_g"]), fit_g(report, bob)
+    total, fitted = bob.mass_g, fit_g(report, bob)
     rows.append(["bob-weight", "", "", "", "", both_g(total, u)])
     if abs(fitted - total) > 1e-9:
         rows.append(["to clamp on, the crankpin fitted", "", "", "", "", both_g(fitted, u)])
     number = f"Throw {throws[0]}" if len(throws) == 1 else f"Throws {', '.join(map(str, throws))}"
     heading = prose(f"{number}: {both_g(fitted, u)} {'g' if u.is_metric else 'g (oz)'}", 12.0, bold=True)
     parts: list[Flowable] = [heading, table(wide_mm, columns, rows, row_mm=5.4)]
-    tolerance = bob.get("tolerance_g")
-    if tolerance is not None:
-        parts.append(prose(f"Tolerance ±{tolerance:.3f} g."))
-    washers = at(report, "job.shop.washers_g")
-    if washers:
+    if hasattr(bob, "tolerance_g"):  # older reports lack it
+        parts.append(prose(f"Tolerance ±{bob.tolerance_g:.3f} g."))
+    if washers := report.given.shop.washers_g:
         parts.append(prose(stack_words(fitted, washers), 10.0, bold=True))
     return KeepTogether(parts)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import io
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import PurePath
@@ -37,9 +37,8 @@ from autobalance.report.balance import kinds
 from autobalance.report.balance.zero import Zero, ZeroChoice
 from autobalance.report.display_units import ON_PAPER, DisplayUnits, UnitSystem, plain
 from autobalance.report.job_header import work
-from autobalance.types import Report
+from autobalance.report.records.balanced import BalancedReport, Cut, without_folder
 from autobalance.value_classes import dataclass
-from autobalance.wording import at, file_name, outcome_words, part_name, worst_judged
 
 # Frame, head and foot of each page, and the title block of the first.
 
@@ -59,7 +58,7 @@ ROW_MM = 8.4
 class Sheet:
     """Data common to all pages: report, units, date, size, name."""
 
-    report: Mapping[str, Any]
+    report: BalancedReport
     units: DisplayUnits
     date: str
     wide_mm: float
@@ -114,7 +113,7 @@ def _head_and_foot(pen: Pen, sheet: Sheet, number: int, count: int) -> None:
     pen.line(FRAME_MM, foot - 4.2, wide - FRAME_MM, foot - 4.2, RULE, 0.15)
     if not sheet.for_customer:
         scale_bar(pen, sheet.units, MARGIN_MM, foot - 0.6)
-    program = " · ".join(filter(None, [f"autobalance {report['autobalance']['version']}", safe(sheet.date)]))
+    program = " · ".join(filter(None, [f"autobalance {report.autobalance.version}", safe(sheet.date)]))
     pen.text(wide - MARGIN_MM, foot, program, SMALLEST_PT, align="right")
 
 
@@ -128,11 +127,10 @@ def _logo(pen: Pen, sheet: Sheet, high_mm: float) -> float:
 
 def _names(sheet: Sheet) -> list[str]:
     report = sheet.report
-    job = str(at(report, "job.file") or "").replace("\\", "/").rpartition("/")[2]
-    part, stage = part_name(report), job_header.stage_words(report)
-    if part != file_name(report):
-        stage = f"{stage} from {file_name(report)}".strip()
-    job = "" if sheet.for_customer else job
+    part, stage = report.part_name, job_header.stage_words(report)
+    if part != report.file_name:
+        stage = f"{stage} from {report.file_name}".strip()
+    job = "" if sheet.for_customer else without_folder(report.given.file or "")
     names = (job_header.shop_name(report), sheet.name, part, job, stage)
     return [safe(name) for name in names if name]
 
@@ -157,18 +155,16 @@ def title_block(pen: Pen, sheet: Sheet) -> None:
 
 def _rows(sheet: Sheet) -> Sequence[Sequence[tuple[str, str]]]:
     report, u = sheet.report, sheet.units
-    tolerance = report["tolerance"]
-    before = float(report["crank"]["mass_g"])
-    after = before - sum(float(item["removed_mass_g"]) for item in report["corrections"])
-    density = at(report, "job.crankshaft.density_kg_m3")
-    job = str(at(report, "job.file") or "").replace("\\", "/").rpartition("/")[2]
-    factor = at(report, "balance_factor.final")
-    wanted = at(report, "balance_factor.target")
+    tolerance = report.tolerance
+    before = report.crank.body.mass_g
+    after = before - sum(item.removed_mass_g for item in report.corrections)
+    density, job = report.given.crankshaft.density_kg_m3, without_folder(report.given.file or "")
+    factor, wanted = report.balance_factor.final, report.balance_factor.target
     work = {name: safe(value) for name, value in job_header.work(report).items()}
     names = [(name.upper(), work[name]) for name in ("customer", "engine", "operator") if name in work]
     return (
         (
-            ("PART", safe(part_name(report))),
+            ("PART", safe(report.part_name)),
             ("JOB", safe(job) or "-"),
             ("SERIAL", work.get("serial", "-")),
         ),
@@ -180,13 +176,13 @@ def _rows(sheet: Sheet) -> Sequence[Sequence[tuple[str, str]]]:
             ("BALANCE FACTOR", "-" if factor is None else f"{factor:.4f} (wanted {wanted:.4f})"),
         ),
         (
-            ("GRADE", f"G {tolerance['grade_mm_s']:g}"),
-            ("SPEED", f"{plain(tolerance['speed_rpm'], 0)} rpm"),
-            (f"PERMITTED, {u.unbalance}", u.g_mm(tolerance["permissible_g_mm"])),
-            (f"LEFT, {u.unbalance}", u.g_mm(report["residual"]["magnitude_g_mm"])),
+            ("GRADE", f"G {tolerance.grade_mm_s:g}"),
+            ("SPEED", f"{plain(tolerance.speed_rpm, 0)} rpm"),
+            (f"PERMITTED, {u.unbalance}", u.g_mm(tolerance.permissible_g_mm)),
+            (f"LEFT, {u.unbalance}", u.g_mm(report.residual.magnitude_g_mm)),
         ),
         (
-            ("VERDICT", outcome_words(report)),
+            ("VERDICT", report.outcome_words),
             ("UNITS", f"{u.length}, {u.mass}, {u.unbalance}"),
             ("PROJECTION, SCALES", "first angle; as noted"),
             ("DATE", safe(sheet.date) or "-"),
@@ -217,8 +213,8 @@ def written(
     document = BaseDocTemplate(
         buffer,
         pagesize=SIZES_PT[paper],
-        title=safe(f"{sheet.name} {part_name(sheet.report)}"),
-        author=f"autobalance {sheet.report['autobalance']['version']}",
+        title=safe(f"{sheet.name} {sheet.report.part_name}"),
+        author=f"autobalance {sheet.report.autobalance.version}",
         invariant=1,
         pageCompression=1,
     )
@@ -285,14 +281,14 @@ SIGN_MM = 14.0
 
 
 def certificate(
-    report: Report, picture: bytes | None, paper: Paper = "A4", units: UnitSystem = "metric", date: str = "",
-    zero: ZeroChoice = "keyway",
+    report: BalancedReport, picture: bytes | None, paper: Paper = "A4", units: UnitSystem = "metric",
+    date: str = "", zero: ZeroChoice = "keyway",
 ) -> bytes:  # fmt: skip
     """Return the page as PDF; for a crank above tolerance it is headed as a record.
 
     Parameters
     ----------
-    report : mapping
+    report : BalancedReport
     picture : bytes or None
         PNG of the corrected crank.
     paper, units, date, zero
@@ -304,7 +300,7 @@ def certificate(
     heavy = f"Heavy sides: counter-clockwise seen from +z, from {origin.name}."
     story: list[Flowable] = [
         prose(sheet.name, 17.0, bold=True, after=1.5),
-        prose(outcome_words(report), 12.0, bold=True, after=1.0),
+        prose(report.outcome_words, 12.0, bold=True, after=1.0),
         prose(f"{_statement(report, u)} {heavy}", 9.0, after=2.5),
         table(
             inner, [Column("", 40.0, "left"), Column("", 146.0, "left")], _facts(report, u, date), row_mm=5.2
@@ -319,18 +315,18 @@ def certificate(
     return written(sheet, paper, [template("certificate", sheet, 0.0)], story)[1]
 
 
-def _title(report: Report) -> str:
+def _title(report: BalancedReport) -> str:
     """Return the title: without a reading after the last cut a certificate is a prediction."""
-    if report["outcome"] == "above_tolerance":
+    if report.is_above:
         return "Balancing record"
     return "Balancing certificate" if is_read(report) else "Balancing certificate, predicted"
 
 
-def _statement(report: Report, u: DisplayUnits) -> str:
-    tolerance = report["tolerance"]
-    limit = f"G {tolerance['grade_mm_s']:g} of ISO 21940-11 at {plain(tolerance['speed_rpm'], 0)} rpm"
-    judged = "the resultant and both planes" if tolerance["judge"] == "dynamic" else "the resultant"
-    place, left, permitted = worst_judged(report)
+def _statement(report: BalancedReport, u: DisplayUnits) -> str:
+    tolerance = report.tolerance
+    limit = f"G {tolerance.grade_mm_s:g} of ISO 21940-11 at {plain(tolerance.speed_rpm, 0)} rpm"
+    judged = "the resultant and both planes" if tolerance.judge == "dynamic" else "the resultant"
+    place, left, permitted = tolerance.worst(report.residual)
     where = f" in {place}" if place.startswith("plane ") else ""
     return (
         f"Residual unbalance{where} {u.of_unbalance(left)} of {u.of_unbalance(permitted)} permitted "
@@ -338,12 +334,11 @@ def _statement(report: Report, u: DisplayUnits) -> str:
     )
 
 
-def _basis(report: Report) -> str:
+def _basis(report: BalancedReport) -> str:
     """Return the source of the values: the solid, or the reading of a balancing machine."""
-    stages = report.get("stages")
-    if not stages:
+    if not report.stages:
         return "Calculated from the corrected model. The crank was not measured on a balancing machine."
-    stage = stages[-1]["stage"]
+    stage = report.stages[-1].stage
     if is_read(report):
         return f"Measured on the balancing machine, reading of stage {stage}."
     return (
@@ -352,29 +347,27 @@ def _basis(report: Report) -> str:
     )
 
 
-def _verified(report: Report) -> str:
+def _verified(report: BalancedReport) -> str:
     """Return in a few words how the residual is known."""
     if is_read(report):
-        return f"read on the machine, stage {report['stages'][-1]['stage']}"
-    if report.get("stages"):
+        return f"read on the machine, stage {report.stages[-1].stage}"
+    if report.stages:
         return "calculated from the last reading and the cuts since"
     return "calculated from the corrected model"
 
 
-def _facts(report: Report, u: DisplayUnits, date: str) -> Sequence[Sequence[str]]:
-    tolerance, words = report["tolerance"], work(report)
-    machine = at(report, "job.shop.machine")
-    bobs = ", ".join(
-        f"Throw {b['throw']}: {u.of_bob_weight(b['mass_g'])}" for b in report["engine"]["bob_weights"]
-    )
-    factor = at(report, "balance_factor.final")
+def _facts(report: BalancedReport, u: DisplayUnits, date: str) -> Sequence[Sequence[str]]:
+    tolerance, words = report.tolerance, work(report)
+    machine = report.given.shop.machine
+    bobs = ", ".join(f"Throw {b.throw}: {u.of_bob_weight(b.mass_g)}" for b in report.engine.bob_weights)
+    factor = report.balance_factor.final
     facts = [
-        ("Part", part_name(report)),
+        ("Part", report.part_name),
         *((name.capitalize(), value) for name, value in words.items()),
         (
             "Grade, speed",
-            f"G {tolerance['grade_mm_s']:g}, {plain(tolerance['speed_rpm'], 0)} rpm, of a rotor of "
-            f"{u.of_mass(tolerance['rotor_mass_g'])}",
+            f"G {tolerance.grade_mm_s:g}, {plain(tolerance.speed_rpm, 0)} rpm, of a rotor of "
+            f"{u.of_mass(tolerance.rotor_mass_g)}",
         ),
         ("Crank mass", _mass_words(report, u)),
         ("Bob-weights", bobs),
@@ -387,19 +380,19 @@ def _facts(report: Report, u: DisplayUnits, date: str) -> Sequence[Sequence[str]
     return [[name, value] for name, value in facts]
 
 
-def _every(report: Report) -> list[Any]:
-    return [*report["corrections"], *(report.get("earlier_corrections") or ())]
+def _every(report: BalancedReport) -> list[Cut]:
+    return [*report.corrections, *report.earlier_corrections]
 
 
-def _mass_words(report: Report, u: DisplayUnits) -> str:
+def _mass_words(report: BalancedReport, u: DisplayUnits) -> str:
     """Return the mass of the finished crank, and that before its first stage."""
-    here = float(report["crank"]["mass_g"])  # with the earlier corrections, without those of this stage
-    after = here - sum(float(item["removed_mass_g"]) for item in report["corrections"])
-    before = after + sum(float(item["removed_mass_g"]) for item in _every(report))
+    here = report.crank.body.mass_g  # with the earlier corrections, without those of this stage
+    after = here - sum(item.removed_mass_g for item in report.corrections)
+    before = after + sum(item.removed_mass_g for item in _every(report))
     return f"{u.of_mass(after)}, before correction {u.of_mass(before)}"
 
 
-def _in_all(report: Report) -> Sequence[tuple[str, str]]:
+def _in_all(report: BalancedReport) -> Sequence[tuple[str, str]]:
     """Return the numbers of cuts and of pads, all stages together."""
     cuts, pads = kinds.apart(_every(report))
     return [("Cuts in all", str(len(cuts))), *([("Pads in all", str(len(pads)))] if pads else [])]

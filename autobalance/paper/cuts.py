@@ -16,7 +16,8 @@ from autobalance.paper.tolerances import press_fit, retention
 from autobalance.report.balance import kinds
 from autobalance.report.balance.zero import FROM_CRANKPIN, Zero
 from autobalance.report.display_units import DisplayUnits, plain
-from autobalance.types import Array, Item
+from autobalance.report.records.balanced import Cut
+from autobalance.types import Array
 from autobalance.value_classes import dataclass
 from autobalance.wording import NO_VALUE, degrees
 
@@ -152,14 +153,14 @@ def table(
 
 
 def cut_table(
-    items: Sequence[Item], u: DisplayUnits, wide_mm: float, zero: Zero, done: Mapping[int, str]
+    items: Sequence[Cut], u: DisplayUnits, wide_mm: float, zero: Zero, done: Mapping[int, str]
 ) -> Flowable:
     """Return a table of every cut, angles in both senses, depths with and without the point."""
     return table(wide_mm, *_columns_and_rows(items, u, zero, done))
 
 
 def _columns_and_rows(
-    items: Sequence[Item], u: DisplayUnits, zero: Zero, done: Mapping[int, str]
+    items: Sequence[Cut], u: DisplayUnits, zero: Zero, done: Mapping[int, str]
 ) -> tuple[list[Column], list[list[str]]]:
     """Return the columns of cuts or pads and a row for each; with the time of those done, if any is."""
     columns = [Column("No", 7.5), *cut_columns(u, zero)]
@@ -167,12 +168,12 @@ def _columns_and_rows(
     if done:
         columns.append(Column("done", 19.0))
         for row, item in zip(rows, items, strict=True):
-            row.append(done.get(int(item["number"]), ""))
+            row.append(done.get(int(item.number), ""))
     return columns, rows
 
 
 def pad_table(
-    items: Sequence[Item], u: DisplayUnits, wide_mm: float, zero: Zero, done: Mapping[int, str]
+    items: Sequence[Cut], u: DisplayUnits, wide_mm: float, zero: Zero, done: Mapping[int, str]
 ) -> Flowable:
     """Return a table of every pad: as for cuts, with a height, without tool and point."""
     columns, rows = _columns_and_rows(items, u, zero, done)
@@ -203,14 +204,14 @@ def cut_columns(u: DisplayUnits, zero: Zero) -> list[Column]:
     ]
 
 
-def cut_row(item: Item, u: DisplayUnits, zero: Zero = FROM_CRANKPIN) -> list[str]:
+def cut_row(item: Cut, u: DisplayUnits, zero: Zero = FROM_CRANKPIN) -> list[str]:
     """Return the cells of a cut: number, kind, place, angles, radius, z, sizes, mass.
 
     Where angles count from a keyway, those from crankpin 1, as in the report, follow in brackets.
     """
     ccw = kinds.angle_deg(item)
-    point = item.get("point_mm")
-    depth, mass = float(item["depth_mm"]), item["removed_mass_g"]
+    point = None if item.hole is None else item.hole.point_mm
+    depth, mass = float(item.depth_mm), item.removed_mass_g
     if kinds.adds_metal(item):
         depth, mass = abs(depth), abs(mass)
     own = from_crankpin = [NO_VALUE, NO_VALUE]
@@ -218,15 +219,15 @@ def cut_row(item: Item, u: DisplayUnits, zero: Zero = FROM_CRANKPIN) -> list[str
         own = [degrees(ccw - zero.angle_deg), degrees(zero.angle_deg - ccw)]
         from_crankpin = [f"({degrees(ccw)}", f"{degrees(-ccw)})"]
     return [
-        str(item["number"]),
+        str(item.number),
         kinds.noun(item),
         how(item),
         webs_of(item),
         *own,
         *(from_crankpin if zero.angle_deg != 0.0 else []),
-        u.mm(item.get("entry_radius_mm", item["radius_mm"]), u.length_digits - 1),
-        u.mm(item["position_mm"][2], u.length_digits - 1),
-        u.mm(item.get("diameter_mm"), u.diameter_digits),
+        u.mm(item.shown_radius_mm, u.length_digits - 1),
+        u.mm(item.position_mm[2], u.length_digits - 1),
+        u.mm(item.diameter_mm, u.diameter_digits),
         u.mm(depth),
         u.mm(depth + float(point)) if point else NO_VALUE,
         u.g(mass),
@@ -234,38 +235,38 @@ def cut_row(item: Item, u: DisplayUnits, zero: Zero = FROM_CRANKPIN) -> list[str
     ]
 
 
-def how(item: Item) -> str:
+def how(item: Cut) -> str:
     """Return the kind's name and the side of the tool: ``drill from +z``."""
     if kinds.adds_metal(item):
         return kinds.verb(item)
-    word, side = str(item["kind"]), side_of(item)
+    word, side = str(item.kind), side_of(item)
     return f"{word} {side}" if side else word
 
 
-def side_of(item: Item) -> str:
+def side_of(item: Cut) -> str:
     """Return the side from which the tool enters; empty where a face or a rim is cut all over."""
-    inward = item.get("inward")
-    if inward is not None:
+    if item.hole is not None:
+        inward = item.hole.inward
         if abs(inward[2]) < MIN_AXIAL_COMPONENT:
             return "from the rim"
         return "from -z" if inward[2] > 0.0 else "from +z"
-    if item.get("face_z_mm") is not None:
-        return "from -z" if item["position_mm"][2] > item["face_z_mm"] else "from +z"
-    normal = item.get("normal")
-    if normal is not None and abs(normal[2]) > MIN_AXIAL_COMPONENT:
-        return "from +z" if normal[2] > 0.0 else "from -z"
+    if item.pocket is not None and item.pocket.face_z_mm is not None:
+        return "from -z" if item.position_mm[2] > item.pocket.face_z_mm else "from +z"
+    up = 0.0 if item.new_face is None else item.new_face.normal[2]
+    if abs(up) > MIN_AXIAL_COMPONENT:
+        return "from +z" if up > 0.0 else "from -z"
     return ""
 
 
-def webs_of(item: Item) -> str:
+def webs_of(item: Cut) -> str:
     """Return the webs: ``web 2``, ``web 1, 2``, of many in a row ``web 1-8``."""
-    webs = [web for web in item.get("webs") or [item.get("web")] if web is not None]
+    webs = list(item.all_webs)
     if len(webs) > 3 and webs == list(range(webs[0], webs[-1] + 1)):
         return f"web {webs[0]}-{webs[-1]}"
     return f"web {', '.join(map(str, webs))}" if webs else NO_VALUE
 
 
-def slug_table(items: Sequence[Item], u: DisplayUnits, wide_mm: float) -> Flowable:
+def slug_table(items: Sequence[Cut], u: DisplayUnits, wide_mm: float) -> Flowable:
     """Return a table of the slugs: sizes, mass, density, fit and retention."""
     columns = [
         Column("slug", 13.0, "left"),
@@ -279,15 +280,17 @@ def slug_table(items: Sequence[Item], u: DisplayUnits, wide_mm: float) -> Flowab
     ]
     rows = []
     for item in items:
-        fit = press_fit(float(item["diameter_mm"]))
+        if item.hole is None or item.slug is None:
+            continue
+        fit = press_fit(item.hole.diameter_mm)
         rows.append(
             [
-                f"cut {item['number']}",
+                f"cut {item.number}",
                 " to ".join(u.mm(value) for value in fit.bore_mm),
                 " to ".join(u.mm(value) for value in fit.slug_mm),
-                u.mm(item.get("length_mm")),
-                u.g(item["slug_mass_g"]),
-                f"{item['density_kg_m3']:.0f}",
+                u.mm(item.slug.length_mm),
+                u.g(item.slug.slug_mass_g),
+                f"{item.slug.density_kg_m3:.0f}",
                 fit.name,
                 retention(item),
             ]

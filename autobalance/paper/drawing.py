@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
-from typing import Any
 
 import numpy as np
 
@@ -13,11 +12,13 @@ from autobalance.correction.holes.hole import drill_body
 from autobalance.correction.holes.surface import Axis
 from autobalance.report.balance import kinds
 from autobalance.report.metal import Piece
+from autobalance.report.records.balanced import BalancedReport, Cut, Hole, NewFace, NewRim, Pocket
+from autobalance.report.records.crank import Web
 from autobalance.solid.csg.region import Polygons, Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.slicing.slices import cross_sections
-from autobalance.types import Array, Item
+from autobalance.types import Array
 from autobalance.value_classes import dataclass
 
 # Outlines of the crank for sheet and drawing: cross-sections and shadows of the solid, rotor frame, mm.
@@ -65,45 +66,41 @@ ALONG_THE_AXIS = np.array([[0.0, 0, 1, 0], [1.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0
 """Turns z into x, x into y: the plane y = 0, which holds the axis and crankpin 1, becomes z = 0."""
 
 
-def webs_cut(item: Item) -> list[int]:
-    return [int(web) for web in item.get("webs") or [item.get("web")] if web is not None]
-
-
-def drawings(report: Mapping[str, Any], before: Solid, pieces: Sequence[Piece]) -> Drawings:
+def drawings(report: BalancedReport, before: Solid, pieces: Sequence[Piece]) -> Drawings:
     """Return the outlines of the crank ``before``, in file coordinates, and of the removed metal."""
-    frame: Array = np.asarray(report["frame"]["file_to_rotor"], dtype=np.float64)
+    frame: Array = np.asarray(report.frame.file_to_rotor, dtype=np.float64)
     gone: dict[int, Solid] = {}
     for piece in pieces:
-        number = report["corrections"][piece.correction]["number"]
+        number = report.corrections[piece.correction].number
         body = piece.metal.solid.moved(frame)
         gone[number] = body if number not in gone else gone[number] + body
     return drawn(report, before.mesh.moved(frame), gone)
 
 
-def drawn(report: Mapping[str, Any], crank: Mesh, gone: Mapping[int, Solid]) -> Drawings:
+def drawn(report: BalancedReport, crank: Mesh, gone: Mapping[int, Solid]) -> Drawings:
     """Return the outlines of a crank and of removed metal (by correction number), all in the rotor frame."""
-    items = report["corrections"]
+    items = report.corrections
     shadows = {number: body.shadow().polygons for number, body in gone.items()}
-    cut = {int(number) for item in items for number in webs_cut(item)}
-    shown = [web for web in report["crank"]["webs"] if web["number"] in cut]
-    outlines = _sections(crank, [0.5 * (float(web["z_min_mm"]) + float(web["z_max_mm"])) for web in shown])
+    cut = {number for item in items for number in item.all_webs}
+    shown = [web for web in report.crank.webs if web.number in cut]
+    outlines = _sections(crank, [0.5 * (web.z_min_mm + web.z_max_mm) for web in shown])
     webs = []
     for web, outline in zip(shown, outlines, strict=True):
-        own = [item for item in items if web["number"] in webs_cut(item)]
-        low, high = float(web["z_min_mm"]), float(web["z_max_mm"])
-        here = {item["number"]: gone[item["number"]] for item in own if item["number"] in gone}
+        own = [item for item in items if web.number in item.all_webs]
+        low, high = web.z_min_mm, web.z_max_mm
+        here = {item.number: gone[item.number] for item in own if item.number in gone}
         section = _section(_plane_deg(own), crank, here)
         section = _half(_between(section, low - BESIDE_MM, high + BESIDE_MM))
         cuts = {number: shadows[number] for number in here}
-        webs.append(WebDrawing(int(web["number"]), outline, cuts, section))
+        webs.append(WebDrawing(web.number, outline, cuts, section))
     whole = _section(0.0, crank, gone)
     return Drawings(tuple(webs), whole.outline, whole.cuts)
 
 
-def _plane_deg(items: Sequence[Item]) -> float:
+def _plane_deg(items: Sequence[Cut]) -> float:
     """Return the angle of the plane of a web's section: that of the cut of the largest unbalance."""
     drawn = [
-        (math.hypot(*item["unbalance_change_g_mm"]), angle)
+        (math.hypot(*item.unbalance_change_g_mm), angle)
         for item in items
         if (angle := kinds.angle_deg(item)) is not None
     ]
@@ -171,7 +168,7 @@ SKIN_MM = 2e-3
 """Rounding of files in single precision; too little to take the old face for the new one."""
 
 
-def listed_metal(report: Mapping[str, Any], left: Solid) -> dict[int, Solid]:
+def listed_metal(report: BalancedReport, left: Solid) -> dict[int, Solid]:
     """Return the metal of the corrections by their numbers, rotor frame.
 
     Holes, pockets and rings follow from the numbers listed; metal removed from a face, or added to one, is
@@ -179,61 +176,60 @@ def listed_metal(report: Mapping[str, Any], left: Solid) -> dict[int, Solid]:
 
     Parameters
     ----------
-    report : mapping
+    report : BalancedReport
     left : Solid
         The corrected crank, rotor frame.
     """
-    webs = {web["number"]: web for web in report["crank"]["webs"]}
+    webs = {web.number: web for web in report.crank.webs}
     bodies = {}
-    for item in report["corrections"]:
-        body = _body(item, [webs[k] for k in webs_cut(item) if k in webs], left)
+    for item in report.corrections:
+        body = _body(item, [webs[k] for k in item.all_webs if k in webs], left)
         if body is not None and not body.is_empty:
-            bodies[int(item["number"])] = body
+            bodies[item.number] = body
     return bodies
 
 
-def _body(item: Item, webs: Sequence[Item], left: Solid) -> Solid | None:
-    if item.get("inward") is not None:
-        return _hole(item)
-    if item.get("start_deg") is not None:
-        return _pocket(item)
-    if item.get("new_radius_mm") is not None:
-        return _rings(item, webs)
-    return _from_face(item, webs, left) if item.get("normal") is not None else None
+def _body(item: Cut, webs: Sequence[Web], left: Solid) -> Solid | None:
+    if item.hole is not None:
+        return _hole(item, item.hole)
+    if item.pocket is not None:
+        return _pocket(item, item.pocket)
+    if item.new_rim is not None:
+        return _rings(item.new_rim, webs)
+    return None if item.new_face is None else _from_face(item.new_face, webs, left)
 
 
-def _hole(item: Item) -> Solid:
-    axis = Axis(np.array(item["position_mm"], dtype=float), np.array(item["inward"], dtype=float))
-    radius, point = 0.5 * float(item["diameter_mm"]), float(item.get("point_mm") or 0.0)
-    return drill_body(radius, 0.0, float(item["depth_mm"]), point).moved(axis.placement)
+def _hole(item: Cut, hole: Hole) -> Solid:
+    axis = Axis(np.array(item.position_mm, dtype=float), np.array(hole.inward, dtype=float))
+    radius, point = 0.5 * hole.diameter_mm, hole.point_mm or 0.0
+    return drill_body(radius, 0.0, item.depth_mm, point).moved(axis.placement)
 
 
-def _pocket(item: Item) -> Solid:
-    start, end = math.radians(item["start_deg"]), math.radians(item["end_deg"])
+def _pocket(item: Cut, pocket: Pocket) -> Solid:
+    start, end = math.radians(pocket.start_deg), math.radians(pocket.end_deg)
     turns = np.linspace(
         0.0, (end - start) % (2.0 * math.pi), 2 + int(((end - start) % (2.0 * math.pi)) / ARC_RAD)
     )
     arc = np.stack([np.cos(start + turns), np.sin(start + turns)], axis=1)
-    outline = np.concatenate([item["outer_radius_mm"] * arc, item["inner_radius_mm"] * arc[::-1]])
-    face = float(item.get("face_z_mm", item["z_mm"]))
-    other = face + math.copysign(float(item["depth_mm"]), float(item["position_mm"][2]) - face)
+    outline = np.concatenate([item.outer_radius_mm * arc, pocket.inner_radius_mm * arc[::-1]])
+    face = item.z_mm if pocket.face_z_mm is None else pocket.face_z_mm
+    other = face + math.copysign(item.depth_mm, item.position_mm[2] - face)
     return Solid.prism(Region.of([outline]), min(face, other), max(face, other))
 
 
-def _rings(item: Item, webs: Sequence[Item]) -> Solid:
+def _rings(rim: NewRim, webs: Sequence[Web]) -> Solid:
     total = Solid.nothing()
     for web in webs:
-        inner, outer = float(item["new_radius_mm"]), float(item["rim_radius_mm"])
-        low, high = float(web["z_min_mm"]), float(web["z_max_mm"])
+        inner, outer, low, high = rim.new_radius_mm, rim.rim_radius_mm, web.z_min_mm, web.z_max_mm
         profile = np.array([[inner, low], [outer, low], [outer, high], [inner, high]])
         total = total + Solid.revolved(profile, RING_SEGMENTS)
     return total
 
 
-def _from_face(item: Item, webs: Sequence[Item], left: Solid) -> Solid | None:
+def _from_face(face: NewFace, webs: Sequence[Web], left: Solid) -> Solid | None:
     """Return the corrected face, extruded along its normal to its old height; None without one."""
-    normal = np.array(item["normal"], dtype=np.float64)
-    new, old = float(item["new_height_mm"]), float(item["face_height_mm"])
+    normal = np.array(face.normal, dtype=np.float64)
+    new, old = face.new_height_mm, face.face_height_mm
     placement = _to_face(normal)
     corners = left.mesh.corners
     local = corners @ placement[:3, :3].T
@@ -243,7 +239,7 @@ def _from_face(item: Item, webs: Sequence[Item], left: Solid) -> Solid | None:
     z = corners[..., 2].mean(axis=1)
     here = np.zeros(len(z), dtype=bool)
     for web in webs:
-        here |= (z > web["z_min_mm"] - SKIN_MM) & (z < web["z_max_mm"] + SKIN_MM)
+        here |= (z > web.z_min_mm - SKIN_MM) & (z < web.z_max_mm + SKIN_MM)
     region = Region.of(local[flat & here][..., :2])
     if region.is_empty:
         return None

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from autobalance.errors import FormatError
-from autobalance.paper.drawing import MIN_AXIAL_COMPONENT, Drawings, WebDrawing, webs_cut
+from autobalance.paper.drawing import MIN_AXIAL_COMPONENT, Drawings, WebDrawing
 from autobalance.report.balance import kinds
 from autobalance.report.balance.datums import with_design_radii
 from autobalance.report.balance.zero import Zero, ZeroChoice
 from autobalance.report.display_units import ON_PAPER, DisplayUnits, UnitSystem
+from autobalance.report.records.balanced import BalancedReport, Cut
 from autobalance.solid.csg.region import Polygons
-from autobalance.types import Item
-from autobalance.wording import degrees, file_name
+from autobalance.wording import degrees
 
 if TYPE_CHECKING:
     from ezdxf.document import Drawing
@@ -54,7 +54,7 @@ def require_ezdxf() -> None:
 
 
 def dxf(
-    report: Mapping[str, Any],
+    report: BalancedReport,
     drawings: Drawings,
     units: UnitSystem = "metric",
     zero: ZeroChoice = "keyway",
@@ -88,7 +88,7 @@ def _untimed() -> Iterator[None]:
         options.write_fixed_meta_data_for_testing = before
 
 
-def _document(report: Mapping[str, Any], drawings: Drawings, u: DisplayUnits, zero: Zero) -> Drawing:
+def _document(report: BalancedReport, drawings: Drawings, u: DisplayUnits, zero: Zero) -> Drawing:
     from ezdxf.filemanagement import new
 
     document = new(VERSION, setup=True)
@@ -99,58 +99,55 @@ def _document(report: Mapping[str, Any], drawings: Drawings, u: DisplayUnits, ze
         document.layers.add(name, color=colour, linetype=CENTRE_TYPE if name == "CENTRE" else "Continuous")
     space, left = document.modelspace(), 0.0
     for web in drawings.webs:
-        items = [item for item in report["corrections"] if web.number in webs_cut(item)]
+        items = [item for item in report.corrections if web.number in item.all_webs]
         name = f"WEB_{web.number}"
         _web(document.blocks.new(name), web, items, zero)
         shown = [*web.outline, *(each for cuts in web.cuts.values() for each in cuts)]
         title = (
-            f"{file_name(report)}: web {web.number} seen from +z, x to the right, angles ccw from {zero.name}"
+            f"{report.file_name}: web {web.number} seen from +z, x to the right, angles ccw from {zero.name}"
         )
         left = _placed(space, name, shown, title, left, u)
     _section(document.blocks.new("SECTION"), drawings)
     shown = [*drawings.lengthwise, *(each for cuts in drawings.lengthwise_cuts.values() for each in cuts)]
-    title = f"{file_name(report)}: section y = 0, z to the right, x up"
+    title = f"{report.file_name}: section y = 0, z to the right, x up"
     left = _placed(space, "SECTION", shown, title, left, u)
-    radial = [item for item in report["corrections"] if _is_radial(item)]
+    radial = [item for item in report.corrections if _is_radial(item)]
     if radial:
         _rim(space, report, radial, left, u, zero)
     return document
 
 
-def _is_radial(item: Item) -> bool:
-    inward = item.get("inward")
-    return (
-        inward is not None and item.get("diameter_mm") is not None and abs(inward[2]) <= MIN_AXIAL_COMPONENT
-    )
+def _is_radial(item: Cut) -> bool:
+    return item.hole is not None and abs(item.hole.inward[2]) <= MIN_AXIAL_COMPONENT
 
 
 def _rim(
     space: Modelspace,
-    report: Mapping[str, Any],
-    items: Sequence[Item],
+    report: BalancedReport,
+    items: Sequence[Cut],
     left: float,
     u: DisplayUnits,
     zero: Zero,
 ) -> None:
     """Draw radial holes on the rim rolled out, x = radius · angle, y = z, beside the other drawings."""
-    radius = max(float(item["entry_radius_mm"]) for item in items)
+    radius = max(item.shown_radius_mm for item in items)
     length, start = math.tau * radius, left + FRAME_GAP_MM
-    cut_webs = [web for web in report["crank"]["webs"] if any(web["number"] in webs_cut(i) for i in items)]
-    low, high = (pick(web[key] for web in cut_webs) for pick, key in ((min, "z_min_mm"), (max, "z_max_mm")))
+    cut_webs = [web for web in report.crank.webs if any(web.number in i.all_webs for i in items)]
+    low, high = min(web.z_min_mm for web in cut_webs), max(web.z_max_mm for web in cut_webs)
     for web in cut_webs:
-        ends = web["z_min_mm"], web["z_max_mm"]
+        ends = web.z_min_mm, web.z_max_mm
         corners = [(0.0, ends[0]), (length, ends[0]), (length, ends[1]), (0.0, ends[1])]
         _outlines(space, [np.array(corners) + np.array([start, 0.0])], "OUTLINE")
     for item in items:
-        turn = math.radians(zero.ccw(float(item["angle_deg"])))
-        place = (start + turn * radius, float(item["z_mm"]))
-        half = 0.5 * float(item["diameter_mm"])
+        turn = math.radians(zero.ccw(item.angle_deg))
+        place = (start + turn * radius, item.z_mm)
+        half = 0.5 * item.only_hole.diameter_mm
         space.add_circle(place, half, dxfattribs={"layer": "CUTS"})
-        _text(space, str(item["number"]), (place[0] + half + 0.6, place[1]))
+        _text(space, str(item.number), (place[0] + half + 0.6, place[1]))
     bottom, top, right = low - FRAME_GAP_MM, high + 14.0, start + length + FRAME_GAP_MM
     frame = np.array([(left, bottom), (right, bottom), (right, top), (left, top)])
     _outlines(space, [frame], "FRAME")
-    title = f"{file_name(report)}: rim rolled out at radius {u.of_length(radius)}, ccw from {zero.name}, z up"
+    title = f"{report.file_name}: rim rolled out at radius {u.of_length(radius)}, ccw from {zero.name}, z up"
     _text(space, title, (left + 3.0, high + 9.0))
 
 
@@ -160,7 +157,7 @@ def _bytes(document: Drawing) -> bytes:
     return stream.getvalue().encode("utf-8", "replace")
 
 
-def _web(block: BlockLayout, web: WebDrawing, items: Sequence[Item], zero: Zero) -> None:
+def _web(block: BlockLayout, web: WebDrawing, items: Sequence[Cut], zero: Zero) -> None:
     """Draw a web in the rotor's x and y, with the direction of the zero."""
     _outlines(block, web.outline, "OUTLINE")
     reach = max((float(np.abs(polygon).max()) for polygon in web.outline), default=10.0) + 5.0
@@ -171,23 +168,22 @@ def _web(block: BlockLayout, web: WebDrawing, items: Sequence[Item], zero: Zero)
         block.add_line((0.0, 0.0), tuple(reach * way), dxfattribs={"layer": "CENTRE"})
     _text(block, f"0° {zero.sign}", tuple((reach + 1.0) * way))
     for item in items:
-        _cut(block, item, web.cuts.get(item["number"], []), zero)
+        _cut(block, item, web.cuts.get(item.number, []), zero)
 
 
-def _cut(block: BlockLayout, item: Item, shadow: Polygons, zero: Zero) -> None:
-    place = np.array(item["position_mm"][:2], dtype=np.float64)
-    inward = item.get("inward")
-    if inward is None:
+def _cut(block: BlockLayout, item: Cut, shadow: Polygons, zero: Zero) -> None:
+    place = np.array(item.position_mm[:2], dtype=np.float64)
+    if item.hole is None:
         _outlines(block, shadow, "CUTS")
-    elif abs(inward[2]) > MIN_AXIAL_COMPONENT:
-        radius = 0.5 * float(item["diameter_mm"])
+    elif abs(item.hole.inward[2]) > MIN_AXIAL_COMPONENT:
+        radius = 0.5 * item.hole.diameter_mm
         block.add_circle(tuple(place), radius, dxfattribs={"layer": "CUTS"})
         for along in ((radius + 1.0, 0.0), (0.0, radius + 1.0)):
             block.add_line(tuple(place - along), tuple(place + along), dxfattribs={"layer": "CENTRE"})
     else:
-        end = place + float(item["depth_mm"]) * np.array(inward[:2], dtype=np.float64)
+        end = place + item.depth_mm * np.array(item.hole.inward[:2], dtype=np.float64)
         block.add_line(tuple(place), tuple(end), dxfattribs={"layer": "CENTRE"})
-    _text(block, str(item["number"]), tuple(place + 0.6))
+    _text(block, str(item.number), tuple(place + 0.6))
     angle = kinds.angle_deg(item)
     if angle is not None:
         below = place + np.array([0.6, 0.6 - LINE_STEP * TEXT_MM])

@@ -15,7 +15,7 @@ def _sheet(material: Material) -> dict[str, bytes]:
     load_reportlab()
     from autobalance.paper.sheet import pdf
 
-    choice, report = material.choice, material.report
+    choice, report = material.choice, material.balanced
     return {
         "pdf": pdf(
             report, material.drawings, choice.paper, choice.units, choice.date, choice.zero, choice.done
@@ -31,7 +31,7 @@ def _certificate(material: Material) -> dict[str, bytes]:
     material.notify("writing the certificate")
     return {
         "certificate": certificate(
-            material.report, after, choice.paper, choice.units, choice.date, choice.zero
+            material.balanced, after, choice.paper, choice.units, choice.date, choice.zero
         )
     }
 
@@ -41,20 +41,20 @@ def _card(material: Material) -> dict[str, bytes]:
     from autobalance.paper.bob_card import bob_card
 
     choice = material.choice
-    return {"card": bob_card(material.report, choice.paper, choice.units, choice.date)}
+    return {"card": bob_card(material.balanced, choice.paper, choice.units, choice.date)}
 
 
 def _hole_list(material: Material) -> dict[str, bytes]:
     from autobalance.paper.sheet import hole_list
 
-    return {"csv": hole_list(material.report, material.choice.units)}
+    return {"csv": hole_list(material.balanced, material.choice.units)}
 
 
 def _workbook(material: Material) -> dict[str, bytes]:
     from autobalance.paper.workbook import xlsx
 
     material.notify("writing the workbook")
-    return {"xlsx": xlsx(material.report)}
+    return {"xlsx": xlsx(material.balanced)}
 
 
 def _require_ezdxf() -> None:
@@ -66,7 +66,7 @@ def _require_ezdxf() -> None:
 def _drawing(material: Material) -> dict[str, bytes]:
     from autobalance.paper.dxf import dxf
 
-    return {"dxf": dxf(material.report, material.drawings, material.choice.units, material.choice.zero)}
+    return {"dxf": dxf(material.balanced, material.drawings, material.choice.units, material.choice.zero)}
 
 
 SHEET = OutputKind("pdf", {"pdf": "sheet.pdf"}, _sheet, is_paper=True)

@@ -9,13 +9,12 @@ from typing import Any
 from reportlab.platypus import Flowable
 
 from autobalance.paper.cuts import Column, table
-from autobalance.paper.drawing import webs_cut
 from autobalance.paper.pen import INK, RULE, SMALLEST_PT, Pen, fitted, lines_of, safe
 from autobalance.paper.rim_strips import Cheek
 from autobalance.report.balance import kinds
 from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import DisplayUnits
-from autobalance.types import Item
+from autobalance.report.records.balanced import Cut
 from autobalance.value_classes import dataclass
 from autobalance.wording import NO_VALUE, degrees
 
@@ -48,32 +47,33 @@ class Making:
     left: str
 
 
-def makings(items: Sequence[Item], zero: Zero, cheeks: Mapping[int, Cheek], u: DisplayUnits) -> list[Making]:
+def makings(items: Sequence[Cut], zero: Zero, cheeks: Mapping[int, Cheek], u: DisplayUnits) -> list[Making]:
     """Return the instructions, one for holes that are equal and evenly spaced."""
     return [_making(run, zero, cheeks, u) for run in _runs(items, zero, u)]
 
 
-def _runs(items: Sequence[Item], zero: Zero, u: DisplayUnits) -> list[list[Item]]:
+def _runs(items: Sequence[Cut], zero: Zero, u: DisplayUnits) -> list[list[Cut]]:
     """Return cuts one by one, and holes that differ only in their angle, at even steps, together."""
-    groups: dict[Any, list[Item]] = {}
+    groups: dict[Any, list[Cut]] = {}
     for place, item in enumerate(items):
         groups.setdefault(_group_key(item, u) or place, []).append(item)
-    runs: list[list[Item]] = []
+    runs: list[list[Cut]] = []
     for group in groups.values():
-        runs += _even(sorted(group, key=lambda item: zero.ccw(float(item["angle_deg"]))))
+        runs += _even(sorted(group, key=lambda item: zero.ccw(float(item.angle_deg))))
     return sorted(runs, key=lambda run: next(place for place, item in enumerate(items) if item in run))
 
 
-def _group_key(item: Item, u: DisplayUnits) -> tuple[Any, ...] | None:
-    if item["kind"] != "drill" or item.get("deepened_from_mm"):
+def _group_key(item: Cut, u: DisplayUnits) -> tuple[Any, ...] | None:
+    if item.kind != "drill" or item.hole is None or item.is_deepened:
         return None
-    sizes = (u.mm(item[key]) for key in ("diameter_mm", "depth_mm", "entry_radius_mm"))
-    return (item["web"], *sizes, u.mm(item["position_mm"][2]), round(float(item["inward"][2]), 3))
+    hole = item.hole
+    sizes = (u.mm(each) for each in (hole.diameter_mm, item.depth_mm, hole.entry_radius_mm))
+    return (item.web, *sizes, u.mm(item.position_mm[2]), round(float(hole.inward[2]), 3))
 
 
-def _even(group: Sequence[Item]) -> list[list[Item]]:
+def _even(group: Sequence[Cut]) -> list[list[Cut]]:
     """Return runs of three or more at even steps; the others one by one."""
-    runs: list[list[Item]] = []
+    runs: list[list[Cut]] = []
     start = 0
     while start < len(group):
         end = start + 1
@@ -87,27 +87,28 @@ def _even(group: Sequence[Item]) -> list[list[Item]]:
     return runs
 
 
-def _step(group: Sequence[Item], place: int) -> float:
-    return (float(group[place]["angle_deg"]) - float(group[place - 1]["angle_deg"])) % 360.0
+def _step(group: Sequence[Cut], place: int) -> float:
+    return (group[place].angle_deg - group[place - 1].angle_deg) % 360.0
 
 
-def _making(run: Sequence[Item], zero: Zero, cheeks: Mapping[int, Cheek], u: DisplayUnits) -> Making:
+def _making(run: Sequence[Cut], zero: Zero, cheeks: Mapping[int, Cheek], u: DisplayUnits) -> Making:
     item = run[0]
-    cheek = next((cheeks[web] for web in webs_cut(item) if web in cheeks), None)
-    z = NO_VALUE if cheek is None else f"{u.mm(abs(item['position_mm'][2] - cheek.z_mm))} {cheek.letter}"
-    walls = [each["wall_left_mm"] for each in run if each.get("wall_left_mm") is not None]
-    left = [each["depth_left_mm"] for each in run if each.get("depth_left_mm") is not None]
+    cheek = next((cheeks[web] for web in item.all_webs if web in cheeks), None)
+    z = NO_VALUE if cheek is None else f"{u.mm(abs(item.position_mm[2] - cheek.z_mm))} {cheek.letter}"
+    walls = [each.wall_left_mm for each in run if each.wall_left_mm is not None]
+    left = [each.depth_left_mm for each in run if each.depth_left_mm is not None]
     angles = [kinds.angle_deg(each) for each in run]
     known = [zero.ccw(angle) for angle in angles if angle is not None]
     what = _instruction(zero.counted(item), u)
-    label, ccw, cw = f"{kinds.piece(item)} {item['number']}", NO_VALUE, NO_VALUE
+    label, ccw, cw = f"{kinds.piece(item)} {item.number}", NO_VALUE, NO_VALUE
     if known:
         ccw, cw = degrees(known[0]), degrees(-known[0])
     alone, first = len(run) == 1, (ccw, cw)
     if not alone:
-        numbers = [int(each["number"]) for each in run]
-        diameter, depth = u.mm(item["diameter_mm"], u.diameter_digits), u.mm(item["depth_mm"])
-        name = f" ({item['drill']})" if item.get("drill") else ""
+        numbers = [int(each.number) for each in run]
+        hole = item.only_hole  # nothing else is listed together
+        diameter, depth = u.mm(hole.diameter_mm, u.diameter_digits), u.mm(item.depth_mm)
+        name = f" ({hole.drill})" if hole.drill else ""
         what = f"Drill {len(run)} × ⌀{diameter}{name}, {depth} deep"
         what += f", at {degrees(known[0])} … {degrees(known[-1])} every {_step(run, 1):.1f}°"
         first = (f"{ccw} …", f"{cw} …")
@@ -116,9 +117,9 @@ def _making(run: Sequence[Item], zero: Zero, cheeks: Mapping[int, Cheek], u: Dis
         ccw = f"{degrees(known[0])} … {degrees(known[-1])}"
     return Making(
         label, what, ccw, cw, first,
-        u.mm(item.get("entry_radius_mm", item["radius_mm"])),
-        u.mm(item["position_mm"][0]) if alone else NO_VALUE,
-        u.mm(item["position_mm"][1]) if alone else NO_VALUE,
+        u.mm(item.shown_radius_mm),
+        u.mm(item.position_mm[0]) if alone else NO_VALUE,
+        u.mm(item.position_mm[1]) if alone else NO_VALUE,
         z,
         u.mm(min(walls)) if walls else NO_VALUE,
         u.mm(min(left)) if left else NO_VALUE,
@@ -131,15 +132,14 @@ def _numbers(numbers: Sequence[int]) -> str:
     return f"{numbers[0]}-{numbers[-1]}" if in_row else ", ".join(map(str, numbers))
 
 
-def _instruction(item: Item, u: DisplayUnits) -> str:
+def _instruction(item: Cut, u: DisplayUnits) -> str:
     text = kinds.instruction(item, u)
-    if item.get("deepened_from_mm"):
-        old = float(item["deepened_from_mm"])
-        text += f"; deepen the existing hole of {u.mm(old)}: {u.mm(old + float(item['depth_mm']))} in all"
-    if item.get("new_radius_mm") is not None:
-        text += f"; from radius {u.mm(item['rim_radius_mm'])} to {u.mm(item['new_radius_mm'])}"
-    if item.get("face_height_mm") is not None and kinds.adds_metal(item):
-        text += f"; height {u.mm(item['face_height_mm'])} to {u.mm(item['new_height_mm'])}"
+    if item.hole is not None and (old := item.hole.deepened_from_mm):
+        text += f"; deepen the existing hole of {u.mm(old)}: {u.mm(old + item.depth_mm)} in all"
+    if (rim := item.new_rim) is not None:
+        text += f"; from radius {u.mm(rim.rim_radius_mm)} to {u.mm(rim.new_radius_mm)}"
+    if (face := item.new_face) is not None and kinds.adds_metal(item):
+        text += f"; height {u.mm(face.face_height_mm)} to {u.mm(face.new_height_mm)}"
     return text
 
 

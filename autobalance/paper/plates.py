@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from autobalance.paper.cuts import side_of
-from autobalance.paper.drawing import Drawings, WebDrawing, webs_cut
+from autobalance.paper.drawing import Drawings, WebDrawing
 from autobalance.paper.pen import INK, SMALLEST_PT, Pen
 from autobalance.report.display_units import DisplayUnits
+from autobalance.report.records.balanced import Cut
+from autobalance.report.records.crank import Web
 from autobalance.solid.csg.region import Region
-from autobalance.types import Array, Item
+from autobalance.types import Array
 from autobalance.value_classes import dataclass
 
 # Plates of the sheet: a plate is a web seen from one side, with all the webs that look the same.
@@ -32,7 +33,7 @@ class Twin:
     """A web that looks like the one drawn: turned, or mirrored as if set up end for end."""
 
     number: int
-    items: tuple[Item, ...]
+    items: tuple[Cut, ...]
     turn_deg: float
     mirrored: bool
 
@@ -50,7 +51,7 @@ class Plate:
     """A web as drawn: its side, its cuts, and its twins, whose cuts are in the same order."""
 
     web: WebDrawing
-    items: tuple[Item, ...]
+    items: tuple[Cut, ...]
     from_below: bool
     twins: tuple[Twin, ...] = ()
 
@@ -69,19 +70,19 @@ class Plate:
         return f"{name}, seen from the {'-z' if self.from_below else '+z'} end"
 
     @property
-    def all_items(self) -> list[Item]:
+    def all_items(self) -> list[Cut]:
         """The cuts of all its webs, web by web."""
         return [*self.items, *(item for twin in self.twins for item in twin.items)]
 
     def labels(self) -> list[str]:
         """Return the label of each cut drawn: its number, and the numbers of its twins."""
         rows = [self.items, *(twin.items for twin in self.twins)]
-        return [", ".join(str(item["number"]) for item in alike) for alike in zip(*rows, strict=True)]
+        return [", ".join(str(item.number) for item in alike) for alike in zip(*rows, strict=True)]
 
 
-def plates(drawings: Drawings, items: Sequence[Item], webs: Sequence[Mapping[str, Any]]) -> list[Plate]:
+def plates(drawings: Drawings, items: Sequence[Cut], webs: Sequence[Web]) -> list[Plate]:
     """Return the plates of a sheet, in the order of the webs."""
-    heights = {int(web["number"]): (float(web["z_min_mm"]), float(web["z_max_mm"])) for web in webs}
+    heights = {web.number: (web.z_min_mm, web.z_max_mm) for web in webs}
     single = [plate for web in drawings.webs for plate in _sides(web, items)]
     plates: list[Plate] = []
     for plate in single:
@@ -95,9 +96,9 @@ def plates(drawings: Drawings, items: Sequence[Item], webs: Sequence[Mapping[str
     return plates
 
 
-def _sides(web: WebDrawing, items: Sequence[Item]) -> list[Plate]:
+def _sides(web: WebDrawing, items: Sequence[Cut]) -> list[Plate]:
     """Return the web from +z, from -z, or both: cuts that enter from -z are drawn as seen from there."""
-    own = [item for item in items if web.number in webs_cut(item)]
+    own = [item for item in items if web.number in item.all_webs]
     below = [item for item in own if side_of(item) == "from -z"]
     above = [item for item in own if side_of(item) == "from +z"]
     rest = [item for item in own if item not in below and item not in above]
@@ -132,8 +133,8 @@ def _twin(drawn: Plate, other: Plate, heights: Mapping[int, tuple[float, float]]
     return None
 
 
-def _around(item: Item) -> tuple[float, float]:
-    x, y, z = item["position_mm"]
+def _around(item: Cut) -> tuple[float, float]:
+    x, y, z = item.position_mm
     return round(math.degrees(math.atan2(y, x)), 1), float(z)
 
 
@@ -141,7 +142,7 @@ def _has_side(plate: Plate) -> bool:
     return any(side_of(item).endswith("z") for item in plate.items)
 
 
-def _turn_deg(items: Sequence[Item], others: Sequence[Item], mirrored: bool) -> float | None:
+def _turn_deg(items: Sequence[Cut], others: Sequence[Cut], mirrored: bool) -> float | None:
     """Return the angle between two sets of cuts [°]; None where they differ."""
     places, wanted = _flat(items), _flat(others)
     if mirrored:
@@ -157,17 +158,17 @@ def _turn_deg(items: Sequence[Item], others: Sequence[Item], mirrored: bool) -> 
     return math.degrees(turn) % 360.0
 
 
-def _flat(items: Sequence[Item]) -> Array:
-    return np.array([item["position_mm"][:2] for item in items], dtype=np.float64)
+def _flat(items: Sequence[Cut]) -> Array:
+    return np.array([item.position_mm[:2] for item in items], dtype=np.float64)
 
 
-def _same_cut(one: Item, two: Item) -> bool:
+def _same_cut(one: Cut, two: Cut) -> bool:
     return (
-        one["kind"] == two["kind"]
-        and one.get("direction") == two.get("direction")
-        and one.get("diameter_mm") == two.get("diameter_mm")
-        and one.get("face") is None
-        and abs(float(one["depth_mm"]) - float(two["depth_mm"])) < SAME_PLACE_MM
+        one.kind == two.kind
+        and one.direction == two.direction
+        and one.diameter_mm == two.diameter_mm
+        and one.face is None
+        and abs(one.depth_mm - two.depth_mm) < SAME_PLACE_MM
     )
 
 
@@ -186,7 +187,7 @@ def _same_outline(one: WebDrawing, two: WebDrawing, turn_deg: float, mirrored: b
 def _same_heights(
     drawn: Plate,
     number: int,
-    others: Sequence[Item],
+    others: Sequence[Cut],
     heights: Mapping[int, tuple[float, float]],
     mirrored: bool,
 ) -> bool:
@@ -195,7 +196,7 @@ def _same_heights(
     if abs((high - low) - (over - under)) > SAME_PLACE_MM:
         return False
     for one, two in zip(drawn.items, others, strict=True):
-        z, z_other = float(one["position_mm"][2]), float(two["position_mm"][2])
+        z, z_other = one.position_mm[2], two.position_mm[2]
         if abs((z - low) - (over - z_other if mirrored else z_other - under)) > SAME_PLACE_MM:
             return False
     return True

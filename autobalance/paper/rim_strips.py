@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
-from autobalance.paper.drawing import MIN_AXIAL_COMPONENT, Drawings, webs_cut
+from autobalance.declare import present
+from autobalance.paper.drawing import MIN_AXIAL_COMPONENT, Drawings
 from autobalance.report.balance.datums import angle_datum
-from autobalance.types import Array, Item, Report
+from autobalance.report.records.balanced import BalancedReport, Cut
+from autobalance.types import Array
 from autobalance.value_classes import dataclass
 
 # Templates for holes from the rim, 1:1: strips to lay round it, flat ones for flat sides of webs.
@@ -43,7 +44,7 @@ class Strip:
     """Holes of one radius on a web, from one angle to another."""
 
     radius_mm: float
-    items: tuple[Item, ...]
+    items: tuple[Cut, ...]
     first_deg: float
     last_deg: float
     z_mm: tuple[float, float]
@@ -60,27 +61,25 @@ class Strip:
 class FlatSide:
     """Holes of a flat side of a web, with their distances along it from its first corner ccw."""
 
-    items: tuple[Item, ...]
+    items: tuple[Cut, ...]
     along_mm: tuple[float, ...]
     long_mm: float
     z_mm: tuple[float, float]
 
 
-def templates(
-    report: Mapping[str, Any], drawings: Drawings | None = None
-) -> tuple[list[Strip], list[FlatSide]]:
+def templates(report: BalancedReport, drawings: Drawings | None = None) -> tuple[list[Strip], list[FlatSide]]:
     """Return the templates for all holes that enter from the rim: round ones, flat ones."""
-    radial = [item for item in report["corrections"] if _needs_template(item)]
+    radial = [item for item in report.corrections if _needs_template(item)]
     outlines = {} if drawings is None else {web.number: web.outline for web in drawings.webs}
-    flats: dict[tuple[int, int, int], list[tuple[float, Item, float]]] = {}
-    round_: list[Item] = []
+    flats: dict[tuple[int | None, int, int], list[tuple[float, Cut, float]]] = {}
+    round_: list[Cut] = []
     for item in radial:
-        side = _flat_side(item, outlines.get(item["web"], ()))
+        side = _flat_side(item, outlines.get(item.web or 0, ()))
         if side is None:
             round_.append(item)
         else:
             (polygon, first), along, long = side
-            flats.setdefault((item["web"], polygon, first), []).append((along, item, long))
+            flats.setdefault((item.web, polygon, first), []).append((along, item, long))
     sides = []
     for (web, _, _), held in flats.items():
         held.sort(key=lambda each: each[0])
@@ -91,32 +90,29 @@ def templates(
     return _strips(report, round_), sides
 
 
-def _needs_template(item: Item) -> bool:
+def _needs_template(item: Cut) -> bool:
     """Return whether a hole enters from the rim and is new."""
-    return (
-        bool(item.get("inward"))
-        and abs(item["inward"][2]) < MIN_AXIAL_COMPONENT
-        and not item.get("deepened_from_mm")
-    )
+    hole = item.hole
+    return hole is not None and abs(hole.inward[2]) < MIN_AXIAL_COMPONENT and not hole.deepened_from_mm
 
 
-def strips(report: Mapping[str, Any]) -> list[Strip]:
+def strips(report: BalancedReport) -> list[Strip]:
     """Return the strips for all holes that enter from the rim."""
     return templates(report)[0]
 
 
-def _strips(report: Mapping[str, Any], radial: Sequence[Item]) -> list[Strip]:
+def _strips(report: BalancedReport, radial: Sequence[Cut]) -> list[Strip]:
     strips = []
-    groups: list[tuple[int, list[Item]]] = []
-    for item in sorted(radial, key=lambda each: (each["web"], _radius(each))):
+    groups: list[tuple[int | None, list[Cut]]] = []
+    for item in sorted(radial, key=lambda each: (each.web, _radius(each))):
         if (
             groups
-            and groups[-1][0] == item["web"]
+            and groups[-1][0] == item.web
             and _radius(item) - _radius(groups[-1][1][0]) < SAME_RADIUS_MM
         ):
             groups[-1][1].append(item)
         else:
-            groups.append((item["web"], [item]))
+            groups.append((item.web, [item]))
     for web, items in groups:
         lines = _lines(report, web)
         for run in _runs(items):
@@ -127,25 +123,26 @@ def _strips(report: Mapping[str, Any], radial: Sequence[Item]) -> list[Strip]:
     return strips
 
 
-def _z_range(report: Mapping[str, Any], web: int, items: Sequence[Item]) -> tuple[float, float]:
-    known = next((each for each in report["crank"]["webs"] if each["number"] == web), None)
-    z = [float(item["position_mm"][2]) for item in items]
-    z += [] if known is None else [known["z_min_mm"], known["z_max_mm"]]
+def _z_range(report: BalancedReport, web: int | None, items: Sequence[Cut]) -> tuple[float, float]:
+    known = next((each for each in report.crank.webs if each.number == web), None)
+    z = [float(item.position_mm[2]) for item in items]
+    z += [] if known is None else [known.z_min_mm, known.z_max_mm]
     return min(z), max(z)
 
 
-def _radius(item: Item) -> float:
-    return float(item.get("entry_radius_mm", math.hypot(*item["position_mm"][:2])))
+def _radius(item: Cut) -> float:
+    entry = item.only_hole.entry_radius_mm
+    return math.hypot(*item.position_mm[:2]) if entry is None else entry
 
 
-def _runs(items: Sequence[Item]) -> list[list[tuple[float, Item]]]:
+def _runs(items: Sequence[Cut]) -> list[list[tuple[float, Cut]]]:
     """Return holes in order around the rim, divided at wide gaps."""
-    ordered = sorted(((float(item["angle_deg"]), item) for item in items), key=lambda pair: pair[0])
+    ordered = sorted(((float(item.angle_deg), item) for item in items), key=lambda pair: pair[0])
     gaps = [(ordered[(k + 1) % len(ordered)][0] - angle) % 360.0 for k, (angle, _) in enumerate(ordered)]
     gaps = [360.0] if len(ordered) == 1 else gaps
     far = min(FAR_DEG, math.degrees(FAR_MM / _radius(items[0])))
     start = (max(range(len(gaps)), key=lambda k: gaps[k]) + 1) % len(ordered)
-    runs: list[list[tuple[float, Item]]] = [[]]
+    runs: list[list[tuple[float, Cut]]] = [[]]
     angle = ordered[start][0]
     for step in range(len(ordered)):
         k = (start + step) % len(ordered)
@@ -156,23 +153,23 @@ def _runs(items: Sequence[Item]) -> list[list[tuple[float, Item]]]:
     return runs
 
 
-def _lines(report: Mapping[str, Any], web: int) -> list[tuple[str, float]]:
+def _lines(report: BalancedReport, web: int | None) -> list[tuple[str, float]]:
     """Return the lines to see on a web's rim: ends of its arc, the line of its crankpin, the keyway."""
-    known = next((each for each in report["crank"]["webs"] if each["number"] == web), None)
-    throws = report["crank"]["throws"]
+    known = next((each for each in report.crank.webs if each.number == web), None)
+    throws = report.crank.throws
     marks: list[tuple[str, float]] = []
-    outline = (known or {}).get("outline")
+    outline = None if known is None else present(known.outline)
     if throws and known:
-        middle = 0.5 * (known["z_min_mm"] + known["z_max_mm"])
-        throw = min(throws, key=lambda each: abs(each["crankpin"]["centre_mm"][2] - middle))
-        pin, name = float(throw["angle_deg"]), f"line of crankpin {throw['number']}"
-        if outline and 0.0 < outline["fan_angle_deg"] < 359.0:
-            half = 0.5 * float(outline["fan_angle_deg"])
+        middle = 0.5 * (known.z_min_mm + known.z_max_mm)
+        throw = min(throws, key=lambda each: abs(each.crankpin.centre_mm[2] - middle))
+        pin, name = throw.angle_deg, f"line of crankpin {throw.number}"
+        if outline and 0.0 < outline.fan_angle_deg < 359.0:
+            half = 0.5 * outline.fan_angle_deg
             marks += [("edge of the arc", pin + 180.0 - half), ("edge of the arc", pin + 180.0 + half)]
         marks += [(name, pin), (name, pin + 180.0)]
     datum = angle_datum(report)
-    if datum is not None and datum["of"] == "keyway":
-        marks.append(("keyway K", float(datum["angle_deg"])))
+    if datum is not None and datum.of == "keyway":
+        marks.append(("keyway K", datum.angle_deg))
     return marks
 
 
@@ -192,13 +189,13 @@ def _laid(
     return low, high, tuple(inside)
 
 
-def _flat_side(item: Item, outline: Sequence[Array]) -> tuple[tuple[int, int], float, float] | None:
+def _flat_side(item: Cut, outline: Sequence[Array]) -> tuple[tuple[int, int], float, float] | None:
     """Return the flat side that a hole enters: (polygon, side), place along it, length; else None.
 
     Sides in line with each other are one, also where an earlier hole divides them.
     """
-    place = np.asarray(item["position_mm"][:2], dtype=np.float64)
-    diameter = float(item["diameter_mm"])
+    place = np.asarray(item.position_mm[:2], dtype=np.float64)
+    diameter = item.only_hole.diameter_mm
     for number, polygon in enumerate(outline):
         ends = np.roll(polygon, -1, axis=0)
         length = np.maximum(np.hypot(*(ends - polygon).T), 1e-12)
@@ -283,25 +280,25 @@ class Cheek:
         return f"{'+z' if self.looks_up else '-z'} cheek of web {self.web}"
 
 
-def cheeks(report: Report) -> dict[int, Cheek]:
+def cheeks(report: BalancedReport) -> dict[int, Cheek]:
     """Return by web the cheek nearest to its cuts, one that no cut moves if there is one."""
-    cuts = [*report["corrections"], *report.get("earlier_corrections", ())]
-    moved = [abs(float(cut["face_height_mm"])) for cut in cuts if cut.get("face_height_mm") is not None]
+    cuts = [*report.corrections, *report.earlier_corrections]
+    moved = [abs(cut.new_face.face_height_mm) for cut in cuts if cut.new_face is not None]
     cheeks_by_web: dict[int, Cheek] = {}
-    for web in report["crank"]["webs"]:
-        number = int(web["number"])
-        own = [item for item in report["corrections"] if number in webs_cut(item)]
+    for web in report.crank.webs:
+        number = web.number
+        own = [item for item in report.corrections if number in item.all_webs]
         if not own:
             continue
-        ends = [(float(web["z_min_mm"]), False), (float(web["z_max_mm"]), True)]
+        ends = [(web.z_min_mm, False), (web.z_max_mm, True)]
         left = [end for end in ends if all(abs(abs(end[0]) - height) > MOVED_MM for height in moved)]
         z, looks_up = min(left or ends, key=lambda end: _away(own, end[0]))
         cheeks_by_web[number] = Cheek(_letter(len(cheeks_by_web)), number, z, looks_up)
     return cheeks_by_web
 
 
-def _away(items: Sequence[Item], z_mm: float) -> float:
-    return sum(abs(float(item["position_mm"][2]) - z_mm) for item in items)
+def _away(items: Sequence[Cut], z_mm: float) -> float:
+    return sum(abs(float(item.position_mm[2]) - z_mm) for item in items)
 
 
 def _letter(place: int) -> str:

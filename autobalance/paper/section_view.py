@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from autobalance.paper.plates import scale_for
 from autobalance.paper.rim_strips import Cheek
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import DisplayUnits
+from autobalance.report.records.balanced import Cut
 from autobalance.types import Array
 
 HEAD_MM = 4.4
@@ -50,11 +50,11 @@ class SectionView:
     """A section with z to the right and the direction of the cut up, drawn from an upper left corner."""
 
     def __init__(
-        self, title: str, section: SectionDrawing, items: Sequence[Mapping[str, Any]], labels: Sequence[str],
+        self, title: str, section: SectionDrawing, items: Sequence[Cut], labels: Sequence[str],
         u: DisplayUnits, wide_mm: float, room_mm: float, cheek: Cheek | None = None,
     ) -> None:  # fmt: skip
         self.title, self.section, self.u, self.wide_mm, self.cheek = title, section, u, wide_mm, cheek
-        pairs = [(i, text) for i, text in zip(items, labels, strict=True) if i["number"] in section.cuts]
+        pairs = [(i, text) for i, text in zip(items, labels, strict=True) if i.number in section.cuts]
         self.items, self.labels = [item for item, _ in pairs], [text for _, text in pairs]
         self.measured = self._dimensioned()
         points = np.concatenate([*section.outline, *[p for c in section.cuts.values() for p in c]])
@@ -73,12 +73,12 @@ class SectionView:
         )
         self.high_mm = self.top + self.scale * float(size[1]) + self.foot
 
-    def _dimensioned(self) -> Mapping[str, Any] | None:
+    def _dimensioned(self) -> Cut | None:
         """Return the hole of the section with the largest unbalance, to be dimensioned; None without one."""
-        holes = [item for item in self.items if item.get("inward") is not None]
+        holes = [item for item in self.items if item.hole is not None]
         if self.cheek is None or not holes:
             return None
-        return max(holes, key=lambda item: math.hypot(*item["unbalance_change_g_mm"]))
+        return max(holes, key=lambda item: math.hypot(*item.unbalance_change_g_mm))
 
     def to_page(self, places: Array) -> Array:
         """Return places (k, 2) of z and radius on the page."""
@@ -102,8 +102,8 @@ class SectionView:
         pen.text(x, down + 3.0, f"{self.title}, {self.scale_name}", SIZE)
         pen.shape(self.section.outline, self.to_page, METAL, INK, 0.2)
         for item in self.items:
-            slug = item.get("slug_mass_g") is not None
-            pen.hatch(self.section.cuts[item["number"]], self.to_page, kinds.adds_metal(item), filled=slug)
+            slug = item.slug is not None
+            pen.hatch(self.section.cuts[item.number], self.to_page, kinds.adds_metal(item), filled=slug)
         self._axis(pen)
         self._cheek(pen)
         if self.measured is not None:
@@ -128,26 +128,25 @@ class SectionView:
         pen.box(x - 0.5 * wide, top - 4.4, wide, 3.2, INK, 0.2)
         pen.text(x, top - 1.9, self.cheek.letter, SIZE, bold=True, align="centre")
 
-    def _dimensions(self, pen: Pen, item: Mapping[str, Any]) -> None:
+    def _dimensions(self, pen: Pen, item: Cut) -> None:
         """Draw centre to cheek and depth of a hole, its radius if it runs along the axis, and its wall."""
         assert self.cheek is not None
-        z, depth, u = float(item["position_mm"][2]), float(item["depth_mm"]), self.u
-        radius = float(item.get("entry_radius_mm", item["radius_mm"]))
-        wide = 0.5 * float(item["diameter_mm"])
+        z, depth, u, hole = item.position_mm[2], item.depth_mm, self.u, item.only_hole
+        radius, wide = item.shown_radius_mm, 0.5 * hole.diameter_mm
         right = self._place(self.high[0], 0.0)[0] + 4.0
         row = self.down + self.high_mm - self.foot + 3.4
-        if abs(item["inward"][2]) < MIN_AXIAL_COMPONENT:
+        if abs(hole.inward[2]) < MIN_AXIAL_COMPONENT:
             self._upright(pen, right, (z + wide, radius), (z + wide, radius - depth), f"{u.mm(depth)}")
             if abs(z - self.cheek.z_mm) > 1e-6:
                 self._along(
                     pen, row, (self.cheek.z_mm, 0.0), (z, radius - depth), u.mm(abs(z - self.cheek.z_mm))
                 )
         else:
-            end = z + math.copysign(depth, item["inward"][2])
+            end = z + math.copysign(depth, hole.inward[2])
             self._upright(pen, right, (z, radius), (z, 0.0), f"R {u.mm(radius)}")
             self._along(pen, row, (z, radius - wide), (end, radius - wide), u.mm(depth))
-        if item.get("wall_left_mm") is not None:
-            text = f"wall {u.mm(item['wall_left_mm'])}"
+        if item.wall_left_mm is not None:
+            text = f"wall {u.mm(item.wall_left_mm)}"
             pen.text(self.x + self.wide_mm, self.down + 3.0, text, SIZE, align="right")
 
     def _upright(
@@ -175,7 +174,7 @@ class SectionView:
 
     def _badges(self, pen: Pen) -> None:
         """Draw the numbers above, a line from each to the middle of its metal."""
-        middles = [self.to_page(_middle(self.section.cuts[item["number"]])[None])[0] for item in self.items]
+        middles = [self.to_page(_middle(self.section.cuts[item.number])[None])[0] for item in self.items]
         order = sorted(range(len(middles)), key=lambda k: float(middles[k][0]))
         places: dict[int, tuple[float, float]] = {}
         low, high = self.x + 0.5 * self.apart, self.x + self.wide_mm - 0.5 * self.apart

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from reportlab.platypus import CondPageBreak, Flowable, KeepTogether, NextPageTemplate, Spacer
@@ -31,14 +30,14 @@ from autobalance.paper.template_view import template_rows
 from autobalance.paper.tolerances import Tolerances, held, held_words, tolerances
 from autobalance.paper.web_view import PlateView, WholeCrank
 from autobalance.report.balance import kinds
-from autobalance.report.balance.datums import angle_datum, with_design_radii, z_datum_face
+from autobalance.report.balance.datums import angle_datum, datums_of, with_design_radii, z_datum_face
 from autobalance.report.balance.headline import relaxation_lines
 from autobalance.report.balance.zero import CRANKPIN, KEYWAY, Zero, ZeroChoice
 from autobalance.report.display_units import ON_PAPER, DisplayUnits, UnitSystem, in_units
 from autobalance.report.job_header import external_words, work
-from autobalance.types import Report
+from autobalance.report.records.balanced import BalancedReport, Cut
 from autobalance.units import wrapped_deg
-from autobalance.wording import at, degrees, outcome_words
+from autobalance.wording import degrees
 
 # Set-up of the crank: the end that is up, the datums, the zero of the degree wheel.
 
@@ -55,29 +54,26 @@ ALIKE_MM = 0.05
 """Difference of diameters below which holes look equal."""
 
 
-def set_up(report: Report, u: DisplayUnits, zero: Zero, cheeks: Mapping[int, Cheek]) -> list[str]:
+def set_up(report: BalancedReport, u: DisplayUnits, zero: Zero, cheeks: Mapping[int, Cheek]) -> list[str]:
     """Return the set-up, a sentence or two a line."""
     return [
         _ends(report),
         f"Degree wheel: zero is {_zero_words(report, u, zero)} ccw counts counter-clockwise seen from the +z "
         "end, cw clockwise seen from there; seen from the -z end the two change places.",
         _datums(report, cheeks.values(), u),
-        *_sides(report["corrections"]),
+        *_sides(report.corrections),
     ]
 
 
-def _ends(report: Report) -> str:
-    axis = np.asarray(report["frame"]["file_to_rotor"], dtype=np.float64)[2, :3]
+def _ends(report: BalancedReport) -> str:
+    axis = np.asarray(report.frame.file_to_rotor, dtype=np.float64)[2, :3]
     towards = ", ".join(f"{value:.4g}" for value in axis.round(4) + 0.0)
-    mains = at(report, "crank.main_journals") or []
-    end = ""
-    if mains:
-        last = max(mains, key=lambda main: float(main["centre_mm"][2]))
-        end = f", the end of main journal {last['number']}"
+    last = max(report.crank.main_journals, key=lambda main: main.centre_mm[2], default=None)
+    end = "" if last is None else f", the end of main journal {last.number}"
     return f"Ends: +z is the direction ({towards}) of the crank's file{end}."
 
 
-def _zero_words(report: Report, u: DisplayUnits, zero: Zero) -> str:
+def _zero_words(report: BalancedReport, u: DisplayUnits, zero: Zero) -> str:
     """Return the zero, the way to find it, and the angle of crankpin 1 or the keyway from it."""
     other = None if zero.other_deg is None else zero.other_deg - zero.angle_deg
     place = "" if other is None else f"{degrees(other)} ccw, {degrees(-other)} cw from it"
@@ -90,35 +86,31 @@ def _zero_words(report: Report, u: DisplayUnits, zero: Zero) -> str:
     return f"crankpin 1; {_hole_words(report, zero.other_deg, u)} is at {place}."
 
 
-def _key_words(report: Report, angle_deg: float, u: DisplayUnits) -> str:
-    key = _the_one(report["crank"]["datums"]["keyways"], angle_deg, "keyways")
-    return f"keyway K ({u.mm(key['width_mm'], u.diameter_digits)} {u.length} wide, at the {key['end']} end)"
+def _key_words(report: BalancedReport, angle_deg: float, u: DisplayUnits) -> str:
+    for key in datums_of(report).keyways:
+        if key.angle_deg == angle_deg:
+            return f"keyway K ({u.mm(key.width_mm, u.diameter_digits)} {u.length} wide, at the {key.end} end)"
+    raise ValueError(f"crank.datums.keyways, which lacks that of {angle_deg:g}°")
 
 
-def _hole_words(report: Report, angle_deg: float, u: DisplayUnits) -> str:
-    flanges = report["crank"]["datums"]["flanges"]
-    holes = [{**hole, "flange": flange} for flange in flanges for hole in flange["holes"]]
-    hole = _the_one(holes, angle_deg, "flanges")
-    flange = hole["flange"]
+def _hole_words(report: BalancedReport, angle_deg: float, u: DisplayUnits) -> str:
+    holes = [(hole, flange) for flange in datums_of(report).flanges for hole in flange.holes]
+    found = next((each for each in holes if each[0].angle_deg == angle_deg), None)
+    if found is None:
+        raise ValueError(f"crank.datums.flanges, which lacks that of {angle_deg:g}°")
+    hole, flange = found
     size = (
-        f"⌀{u.mm(hole['diameter_mm'], u.diameter_digits)} on radius {u.mm(hole['radius_mm'])} {u.length}, "
-        f"at the {flange['end']} end"
+        f"⌀{u.mm(hole.diameter_mm, u.diameter_digits)} on radius {u.mm(hole.radius_mm)} {u.length}, "
+        f"at the {flange.end} end"
     )
-    alike = [h for h in flange["holes"] if abs(h["diameter_mm"] - hole["diameter_mm"]) < ALIKE_MM]
+    alike = [each for each in flange.holes if abs(each.diameter_mm - hole.diameter_mm) < ALIKE_MM]
     among = f", the nearest to crankpin 1 of {len(alike)} equal ones" if len(alike) > 1 else ""
     return f"flange's hole H ({size}{among})"
 
 
-def _the_one(datums: Sequence[Report], angle_deg: float, name: str) -> Report:
-    for datum in datums:
-        if datum["angle_deg"] == angle_deg:
-            return datum
-    raise KeyError(f"crank.datums.{name}, which lacks that of {angle_deg:g}°")
-
-
-def _datums(report: Report, cheeks: Iterable[Cheek], u: DisplayUnits) -> str:
+def _datums(report: BalancedReport, cheeks: Iterable[Cheek], u: DisplayUnits) -> str:
     face = z_datum_face(report)
-    face_f = "" if face is None else f", face F is the {face['name']} (z {u.mm(face['z_mm'])})"
+    face_f = "" if face is None else f", face F is the {face.name} (z {u.mm(face.z_mm)})"
     listed = ", ".join(f"{each.letter} {each.name} (z {u.mm(each.z_mm)})" for each in cheeks)
     from_cheeks = f"beside the webs from a cheek: {listed}" if listed else ""
     return (
@@ -128,7 +120,7 @@ def _datums(report: Report, cheeks: Iterable[Cheek], u: DisplayUnits) -> str:
     )
 
 
-def _sides(items: Sequence[Mapping[str, Any]]) -> list[str]:
+def _sides(items: Sequence[Cut]) -> list[str]:
     """Return the set-ups with the numbers of their cuts, and the datums of the depths."""
     set_ups = []
     for side, (letter, text) in SET_UPS.items():
@@ -138,12 +130,12 @@ def _sides(items: Sequence[Mapping[str, Any]]) -> list[str]:
     return [" ".join(set_ups), " ".join(kinds.datums(items))] if set_ups else kinds.datums(items)
 
 
-def _side(item: Mapping[str, Any]) -> str:
+def _side(item: Cut) -> str:
     """Return the side from which a cut is made, rims turned all round included; empty without one."""
-    return side_of(item) or (TURNED_TEXT if "new_radius_mm" in item else "")
+    return side_of(item) or ("" if item.new_rim is None else TURNED_TEXT)
 
 
-def set_up_letter(item: Mapping[str, Any]) -> str:
+def set_up_letter(item: Cut) -> str:
     """Return the letter of the set-up in which a cut is made; empty without one."""
     side = _side(item)
     return SET_UPS[side][0] if side in SET_UPS else ""
@@ -176,7 +168,7 @@ MOST_TOGETHER = 12
 
 
 def pdf(
-    report: Report,
+    report: BalancedReport,
     drawings: Drawings | None,
     paper: Paper = "A4",
     units: UnitSystem = "metric",
@@ -188,8 +180,7 @@ def pdf(
 
     Parameters
     ----------
-    report : mapping
-        The report as written to JSON.
+    report : BalancedReport
     drawings : Drawings or None
         Outlines; None leaves the drawings out.
     paper, units
@@ -207,10 +198,10 @@ def pdf(
     """
     wide, high = PAPERS_MM[paper]
     report = with_design_radii(report)
-    name = "Above tolerance: what to do" if report["outcome"] == "above_tolerance" else "Shop sheet"
+    name = "Above tolerance: what to do" if report.is_above else "Shop sheet"
     sheet = Sheet(report, ON_PAPER[units], date, wide, high, name)
     pages, scale, data = _built(sheet, paper, zero, drawings, ROOMS[0], done)
-    if drawings is None or len(drawings.webs) < 2 or len(report["corrections"]) > MAX_CUTS_FOR_LESSER_SHARES:
+    if drawings is None or len(drawings.webs) < 2 or len(report.corrections) > MAX_CUTS_FOR_LESSER_SHARES:
         return data
     for room in ROOMS[1:]:
         if pages <= LEAST_PAGES:
@@ -243,7 +234,7 @@ class _Story:
     def __init__(self, sheet: Sheet, choice: ZeroChoice, room: float, done: Mapping[int, str]) -> None:
         self.sheet, self.report, self.u = sheet, sheet.report, sheet.units
         self.zero, self.cheeks = Zero.of(self.report, choice), cheeks(self.report)
-        self.items: Sequence[Mapping[str, Any]] = sheet.report["corrections"]
+        self.items = sheet.report.corrections
         self.wide_mm = sheet.wide_mm - 2.0 * MARGIN_MM
         self.page_mm = sheet.high_mm - sheet.head_mm - FOOT_MM
         self.room, self.done = room, done
@@ -251,7 +242,7 @@ class _Story:
         self.views: list[PlateView] = []
 
     def parts_of(self, drawings: Drawings | None) -> list[Flowable]:
-        if self.report["outcome"] == "above_tolerance":
+        if self.report.is_above:
             return self._what_to_do()
         self._first_page()
         self._machine()
@@ -281,11 +272,11 @@ class _Story:
         report, u = self.report, self.u
         self.parts += [
             prose("No shop sheet: the crankshaft stays above tolerance", 14.0, bold=True, after=1.6),
-            prose(outcome_words(report), 11.0, bold=True),
+            prose(report.outcome_words, 11.0, bold=True),
             prose(f"Do not machine it yet. {self._in_the_model()}", 10.0, after=2.0),
             self._heading("Why, and what to do"),
         ]
-        for clause in in_units(report["reason"] or "", u).split("; "):
+        for clause in in_units(report.reason or "", u).split("; "):
             self.parts.append(prose(f"- {clause}", 9.0))
         for line in relaxation_lines(report):
             self.parts.append(prose(f"- Run again with {in_units(line, u)}", 9.0))
@@ -306,17 +297,16 @@ class _Story:
     def _first_page(self) -> None:
         report, u = self.report, self.u
         self.parts += [prose("Shop sheet: balance the crankshaft", 14.0, bold=True, after=1.6)]
-        self.parts.append(prose(outcome_words(report), 11.0, bold=True))
+        self.parts.append(prose(report.outcome_words, 11.0, bold=True))
         units = f"Lengths in {u.length}, masses in {u.mass}, unbalance in {u.unbalance}. "
         self.parts.append(prose(units + machine_page.judged_words(report, self.zero), SMALLEST_PT))
         self.parts += [prose(text, SMALLEST_PT) for text in machine_page.reading_words(report, u, self.zero)]
-        if report.get("reason"):
-            self.parts.append(prose(in_units(report["reason"], u), SMALLEST_PT, FAILURE_COLOUR))
+        if report.reason:
+            self.parts.append(prose(in_units(report.reason, u), SMALLEST_PT, FAILURE_COLOUR))
         if note := work(report).get("note"):
             self.parts.append(prose(f"Note of the job: {note}", SMALLEST_PT))
         self.parts += [
-            prose(f"Note: {in_units(text, u)}", SMALLEST_PT, FAILURE_COLOUR)
-            for text in report.get("warnings") or []
+            prose(f"Note: {in_units(text, u)}", SMALLEST_PT, FAILURE_COLOUR) for text in report.warnings
         ]
         self._gap(0.6)
         if not self.items:
@@ -357,7 +347,7 @@ class _Story:
             self.parts.append(prose(words, SMALLEST_PT))
 
     def _slugs(self) -> None:
-        slugs = [item for item in self.items if item.get("slug_mass_g") is not None]
+        slugs = [item for item in self.items if item.slug is not None]
         if not slugs:
             return
         self._gap(1.5)
@@ -367,7 +357,7 @@ class _Story:
     # --- drawings -----------------------------------------------------------------------------------------
 
     def _webs(self, drawings: Drawings) -> None:
-        shown = plates(drawings, self.items, self.report["crank"]["webs"])
+        shown = plates(drawings, self.items, self.report.crank.webs)
         room = (ALONE if len(shown) == 1 else self.room) * self.page_mm - GAP_MM
         for plate in shown:
             many = len(plate.items) > MANY_CUTS_ON_A_WEB
@@ -386,7 +376,7 @@ class _Story:
 
     def _lengthwise(self, drawings: Drawings) -> Flowable:
         section = SectionDrawing(0.0, drawings.lengthwise, drawings.lengthwise_cuts)
-        labels = [str(item["number"]) for item in self.items]
+        labels = [str(item.number) for item in self.items]
         return WholeCrank(section, self.items, labels, self.u, self.wide_mm)
 
     def _templates(self, drawings: Drawings | None) -> None:
@@ -408,23 +398,23 @@ class _Story:
         report, u, wide, zero = self.report, self.u, self.wide_mm, self.zero
         self._gap(2.0)
         self._kept("Unbalance: before, after, permitted", machine_page.unbalance_table(report, u, wide, zero))
-        if at(report, "engine.bob_weights"):
+        if report.engine.bob_weights:
             words = prose(machine_page.bob_words(report, u), SMALLEST_PT)
             self._gap(2.0)
             self._kept("Bob-weights on the crankpins", words, machine_page.bob_table(report, u, wide))
         self._gap(2.0)
-        if report.get("external"):
+        if report.external:
             words = prose(external_words(report), SMALLEST_PT)
             parts = machine_page.external_table(report, u, wide, zero)
             self._kept("External balance: unbalance of the parts", words, parts)
             self._gap(2.0)
         self._overbalance()
         self._kept("Readings after machining", machine_page.readings_table(u, wide))
-        if report.get("assembly"):
+        if report.assembly:
             self._gap(3.0)
             self.parts += [
                 self._heading("Assembly: parts in order, ISO 21940-32"),
-                machine_page.assembly_table(report["assembly"], u, wide, zero),
+                machine_page.assembly_table(report.assembly, u, wide, zero),
             ]
         self._gap(GAP_MM)
 
@@ -450,7 +440,7 @@ class _Story:
 ANGLE_DIGITS, LENGTH_DIGITS, MASS_DIGITS = 4, 5, 4
 
 
-def hole_list(report: Report, units: UnitSystem = "metric") -> bytes:
+def hole_list(report: BalancedReport, units: UnitSystem = "metric") -> bytes:
     """Return a row for each cut; angles count from a keyway if there is one, then from crankpin 1.
 
     Lengths and masses are in the units that the names of their columns end with.
@@ -458,32 +448,31 @@ def hole_list(report: Report, units: UnitSystem = "metric") -> bytes:
     u, report = ON_PAPER[units], with_design_radii(report)
     mm, g = ("mm", "g") if u.is_metric else ("in", "oz")
     datum = angle_datum(report)
-    key = datum["angle_deg"] if datum is not None and datum["of"] == "keyway" else None
+    key = datum.angle_deg if datum is not None and datum.of == "keyway" else None
     of_key = [] if key is None else ["keyway_ccw_deg", "keyway_cw_deg"]
     heads = ["number", "setup", "kind", "web", "side", *of_key, "angle_ccw_deg", "angle_cw_deg"]
     heads += [f"{name}_{mm}" for name in ("radius", "x", "y", "z", "diameter", "depth", "point")]
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow([*heads, f"depth_with_point_{mm}", f"mass_{g}"])
-    for item in report["corrections"]:
-        ccw, point = kinds.angle_deg(item), item.get("point_mm")
+    for item in report.corrections:
+        ccw, point = kinds.angle_deg(item), None if item.hole is None else item.hole.point_mm
         angles = [ccw, None if ccw is None else -ccw]
         if key is not None:
             angles = [*([None, None] if ccw is None else [ccw - key, key - ccw]), *angles]
-        depth = abs(float(item["depth_mm"]))
-        lengths = [item.get("entry_radius_mm", item["radius_mm"]), *item["position_mm"]]
-        lengths += [item.get("diameter_mm"), depth, point, depth + float(point or 0.0)]
-        webs = item.get("webs") or ([] if item.get("web") is None else [item["web"]])
+        depth = abs(item.depth_mm)
+        lengths = [item.shown_radius_mm, *item.position_mm]
+        lengths += [item.diameter_mm, depth, point, depth + (point or 0.0)]
         writer.writerow(
             [
-                item["number"],
+                item.number,
                 set_up_letter(item),
-                item["kind"],
-                " ".join(map(str, webs)),
+                item.kind,
+                " ".join(map(str, item.all_webs)),
                 side_of(item),
                 *map(_angle, angles),
                 *(_number(each, u.mm_per_length, LENGTH_DIGITS) for each in lengths),
-                _number(item["removed_mass_g"], u.g_per_mass, MASS_DIGITS),
+                _number(item.removed_mass_g, u.g_per_mass, MASS_DIGITS),
             ]
         )
     return stream.getvalue().encode()

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 
@@ -33,8 +33,8 @@ from autobalance.paper.section_view import SectionView
 from autobalance.paper.web_view import WebView
 from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import ON_PAPER
+from autobalance.report.records.balanced import BalancedReport, Cut
 from autobalance.solid.csg.region import Polygons
-from autobalance.types import Item
 from autobalance.value_classes import dataclass
 
 COLOURS = {
@@ -78,25 +78,25 @@ class WebDrawn:
     kind: Literal["web", "section"] = "web"
 
 
-def web_drawings(report: Mapping[str, Any], drawings: Drawings, units: str) -> list[WebDrawn]:
+def web_drawings(report: BalancedReport, drawings: Drawings, units: str) -> list[WebDrawn]:
     """Return the plates of a result as on its sheet, on the degree wheel of its zero."""
-    items: Sequence[Item] = report["corrections"]
+    items: Sequence[Cut] = report.corrections
     zero, drawn = Zero.of(report), []
-    for plate in plates(drawings, items, report["crank"]["webs"]):
+    for plate in plates(drawings, items, report.crank.webs):
         view, pen = WebView(report, plate, zero, ON_PAPER[units], BOX_MM, BOX_MM), SvgPen()
         view.draw(pen, 0.0, 0.0)
         drawn.append(WebDrawn(plate.title, plate.labels(), pen.svg(view.wide_mm, view.high_mm)))
     return drawn
 
 
-def section_drawings(report: Mapping[str, Any], drawings: Drawings, units: str) -> list[WebDrawn]:
+def section_drawings(report: BalancedReport, drawings: Drawings, units: str) -> list[WebDrawn]:
     """Return the sections of a result as on its sheet: along the whole crank, then through its webs."""
-    items: Sequence[Item] = report["corrections"]
+    items: Sequence[Cut] = report.corrections
     whole = SectionDrawing(0.0, drawings.lengthwise, drawings.lengthwise_cuts)
-    numbers = [str(item["number"]) for item in items]
+    numbers = [str(item.number) for item in items]
     views = [SectionView(WHOLE_CRANK, whole, items, numbers, ON_PAPER[units], *WHOLE_MM)]
     zero, beside = Zero.of(report), cheeks(report)
-    for plate in plates(drawings, items, report["crank"]["webs"]):
+    for plate in plates(drawings, items, report.crank.webs):
         drawn = plate.web.section
         if drawn is not None and drawn.outline:
             title = f"{plate.title.partition(',')[0]}, section at {zero.ccw(drawn.angle_deg):.1f}° ccw"

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Protocol
 
 from reportlab.platypus import Flowable
 
@@ -27,7 +27,7 @@ from autobalance.paper.pen import (
 from autobalance.paper.rim_strips import LAP_MM, FlatSide, Strip, templates, tile_range, tiles_of
 from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import DisplayUnits
-from autobalance.types import Item
+from autobalance.report.records.balanced import BalancedReport, Cut
 from autobalance.wording import degrees
 
 ABOVE_MM, BELOW_MM = 11.5, 8.0
@@ -67,7 +67,7 @@ class TemplateRow(Flowable):  # type: ignore[misc]
 
 
 def template_rows(
-    report: Mapping[str, Any], drawings: Drawings | None, u: DisplayUnits, wide_mm: float, zero: Zero
+    report: BalancedReport, drawings: Drawings | None, u: DisplayUnits, wide_mm: float, zero: Zero
 ) -> list[TemplateRow]:
     """Return all templates in rows, in order."""
     round_, flat = templates(report, drawings)
@@ -120,32 +120,32 @@ class _Tile:
         if self.named.take((place - 0.5, self.bottom + 4.4, place + wide + 0.5, self.bottom + 7.0)):
             pen.text(place, self.bottom + 6.6, name, size, ACCENT)
 
-    def holes(self, pen: Pen, here: Sequence[tuple[float, Item]]) -> None:
+    def holes(self, pen: Pen, here: Sequence[tuple[float, Cut]]) -> None:
         """Draw holes with their crosses, and their numbers above."""
         for x, item in here:
-            y, r = self.y(float(item["position_mm"][2])), 0.5 * float(item["diameter_mm"])
+            y, r = self.y(float(item.position_mm[2])), 0.5 * item.only_hole.diameter_mm
             pen.circle(x, y, r, GONE, 0.3)
             pen.line(x - r - 1.5, y, x + r + 1.5, y, INK, 0.12)
             pen.line(x, y - r - 1.5, x, y + r + 1.5, INK, 0.12)
         low, high = self.left + 2.5, max(self.left + self.wide_mm - 2.5, self.left + 2.5)
         ordered = sorted(here, key=lambda pair: pair[0])
-        places: list[tuple[float, float, Item]] = []
+        places: list[tuple[float, float, Cut]] = []
         for row in range(self.rows):
             members = ordered[row :: self.rows]
             spread = spread_between([x for x, _ in members], self.apart, low, high)
             down = self.down + 7.0 + ROW_MM * row
             places += [(place, down, item) for place, (_, item) in zip(spread, members, strict=True)]
             for place, (x, item) in zip(spread, members, strict=True):
-                pen.line(place, down, x, self.y(float(item["position_mm"][2])), SOFT, 0.1)
+                pen.line(place, down, x, self.y(float(item.position_mm[2])), SOFT, 0.1)
         for place, down, item in places:
-            pen.badge(place, down, item["number"])
+            pen.badge(place, down, item.number)
         angles = [self.angle(item) for _, _, item in places]
         wide = max([0.0, *(width_mm(text, SIZE) for text in angles)])
         if self.rows == 1 and _apart([place for place, _, _ in places], self.apart + 1.5 + wide):
             for (place, down, _), text in zip(places, angles, strict=True):
                 pen.text(place + 0.5 * self.apart + 0.2, down + 0.9, text, SIZE)
 
-    def angle(self, item: Item) -> str:
+    def angle(self, item: Cut) -> str:
         """Return the text beside the number of a hole."""
         raise NotImplementedError
 
@@ -166,16 +166,16 @@ class StripTile(_Tile):
         self.start_mm, end_mm = tile_range(strip, tile, wide_mm)
         part = f", part {tile + 1} of {self.tiles}: marks on marks" if self.tiles > 1 else ""
         title = (
-            f"Template {number}: web {strip.items[0]['web']}, round radius {u.mm(strip.radius_mm)} "
+            f"Template {number}: web {strip.items[0].web}, round radius {u.mm(strip.radius_mm)} "
             f"{u.length}, +z edge up{part}"
         )
         self.end_mm = end_mm
-        here = [int(item["number"]) for item in strip.items if self.start_mm <= self._along(item) <= end_mm]
+        here = [int(item.number) for item in strip.items if self.start_mm <= self._along(item) <= end_mm]
         super().__init__(title, strip.z_mm, end_mm - self.start_mm, wide_mm, here)
 
-    def _along(self, item: Item) -> float:
+    def _along(self, item: Cut) -> float:
         """Return the distance of a hole along the strip [mm]."""
-        turned = self._turned(float(item["angle_deg"]))
+        turned = self._turned(float(item.angle_deg))
         return math.radians(self.strip.last_deg - turned) * self.strip.radius_mm
 
     def _x(self, angle_deg: float) -> float:
@@ -196,11 +196,11 @@ class StripTile(_Tile):
             if self._is_here(self._x(angle)):
                 self.mark(pen, self._x(angle), name)
         here = [item for item in self.strip.items if self.start_mm <= self._along(item) <= self.end_mm]
-        self.holes(pen, [(self._x(self._turned(float(item["angle_deg"]))), item) for item in here])
+        self.holes(pen, [(self._x(self._turned(float(item.angle_deg))), item) for item in here])
 
-    def angle(self, item: Item) -> str:
+    def angle(self, item: Cut) -> str:
         """Return the angle of a hole from the sheet's zero."""
-        return degrees(float(item["angle_deg"]) - self.zero.angle_deg)
+        return degrees(float(item.angle_deg) - self.zero.angle_deg)
 
     def _laps(self, pen: Pen) -> None:
         """Draw the marks that overlap the marks of the neighbouring lengths."""
@@ -233,16 +233,16 @@ class FlatTile(_Tile):
 
     def __init__(self, side: FlatSide, number: int, u: DisplayUnits, wide_mm: float, zero: Zero) -> None:
         self.side, self.u, self.zero = side, u, zero
-        web = side.items[0]["web"]
+        web = side.items[0].web
         first = self._angle(side.items[0])
         title = f"Template {number}: web {web}, flat side at {first}, lay on its corners, +z edge up"
         long = min(side.long_mm, wide_mm - 2.0 * BORDER_MM)
         # a side longer than the page shows the part with its holes, from the corner if that part reaches it
         self.from_mm = max(0.0, max(side.along_mm) + BORDER_MM - long)
-        super().__init__(title, side.z_mm, long, wide_mm, [int(item["number"]) for item in side.items])
+        super().__init__(title, side.z_mm, long, wide_mm, [int(item.number) for item in side.items])
 
-    def _angle(self, item: Item) -> str:
-        return degrees(float(item["angle_deg"]) - self.zero.angle_deg)
+    def _angle(self, item: Cut) -> str:
+        return degrees(float(item.angle_deg) - self.zero.angle_deg)
 
     def draw(self, pen: Pen, left: float, down: float) -> None:
         self.begin(pen, left, down)
@@ -258,7 +258,7 @@ class FlatTile(_Tile):
     def _x(self, along_mm: float) -> float:
         return self.x1 - (along_mm - self.from_mm)
 
-    def angle(self, item: Item) -> str:
+    def angle(self, item: Cut) -> str:
         """Return the distance of a hole from the right corner."""
         along = next(a for a, each in zip(self.side.along_mm, self.side.items, strict=True) if each is item)
         return self.u.mm(along)

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import DisplayUnits
-from autobalance.types import Array, Item
+from autobalance.report.records.balanced import BalancedReport, Cut
+from autobalance.rigid_rotor.tolerance import TolerancePlane
+from autobalance.types import Array
 from autobalance.value_classes import dataclass
-from autobalance.wording import judged_shares
 
 # Tolerances of the cuts, from the effect of each error of a cut on the unbalance.
 #
@@ -45,15 +45,15 @@ class Tolerances:
     independent: float
 
 
-def tolerances(report: Mapping[str, Any]) -> Tolerances | None:
+def tolerances(report: BalancedReport) -> Tolerances | None:
     """Return the tolerances of a report's cuts; None without cuts or without unused permissible value."""
-    items: Sequence[Item] = report["corrections"]
+    items: Sequence[Cut] = report.corrections
     left = _left_g_mm(report)
     if not items or min(left.values()) <= 0.0:
         return None
-    planes = report["tolerance"]["planes"] if len(left) > 1 else []
-    room = np.array([left["resultant"], *(left[plane["name"]] for plane in planes)])
-    each = [(item["kind"], name, effect) for item in items for name, effect in _effects(item, planes).items()]
+    planes = report.tolerance.planes if len(left) > 1 else ()
+    room = np.array([left["resultant"], *(left[plane.name] for plane in planes)])
+    each = [(item.kind, name, effect) for item in items for name, effect in _effects(item, planes).items()]
     usual = np.array([effect for _, _, effect in each]) / room
     factor = min(MAX_ACCURACY_RATIO, ERROR_SHARE / max(float(usual.sum(axis=0).max()), 1e-12))
     by_kind: dict[str, dict[str, float]] = {}
@@ -78,41 +78,41 @@ class Held:
     share: float
 
 
-def held(report: Mapping[str, Any]) -> Held | None:
+def held(report: BalancedReport) -> Held | None:
     """Return the effect of usual accuracies; None without cuts."""
-    items: Sequence[Item] = report["corrections"]
+    items: Sequence[Cut] = report.corrections
     if not items:
         return None
     left = _left_g_mm(report)
-    planes = report["tolerance"]["planes"] if len(left) > 1 else []
+    planes = report.tolerance.planes if len(left) > 1 else ()
     effects = np.array([effect for item in items for effect in _effects(item, planes).values()])
     off = np.sqrt((effects**2).sum(axis=0))
-    room = np.array([left["resultant"], *(left[plane["name"]] for plane in planes)])
+    room = np.array([left["resultant"], *(left[plane.name] for plane in planes)])
     share = float((off / room).max()) if room.min() > 0.0 else math.inf
     return Held(float(off[0]), left["resultant"], share)
 
 
-def _left_g_mm(report: Mapping[str, Any]) -> dict[str, float]:
+def _left_g_mm(report: BalancedReport) -> dict[str, float]:
     """Return the unused part of each permissible value that is judged."""
-    permitted = {plane["name"]: plane["permissible_g_mm"] for plane in report["tolerance"]["planes"]}
-    permitted["resultant"] = report["tolerance"]["permissible_g_mm"]
-    return {name: (1.0 - share) * permitted[name] for name, share in judged_shares(report)}
+    permitted: dict[str, float] = {plane.name: plane.permissible_g_mm for plane in report.tolerance.planes}
+    permitted["resultant"] = report.tolerance.permissible_g_mm
+    return {name: (1.0 - share) * permitted[name] for name, share in report.tolerance.shares(report.residual)}
 
 
-def _effects(item: Item, planes: Sequence[Mapping[str, Any]]) -> dict[str, Array]:
+def _effects(item: Cut, planes: Sequence[TolerancePlane]) -> dict[str, Array]:
     """Return the effect of the usual error of each quantity on the resultant and the planes [g·mm]."""
-    change = np.array(item["unbalance_change_g_mm"], dtype=np.float64)
+    change = np.array(item.unbalance_change_g_mm, dtype=np.float64)
     centre_z = _centre_z_mm(item)
-    moved, mass = float(np.hypot(*change)), abs(float(item["removed_mass_g"]))
+    moved, mass = float(np.hypot(*change)), abs(float(item.removed_mass_g))
     shares = {}
-    if kinds.angle_deg(item) is not None and item.get("face") is None:
+    if kinds.angle_deg(item) is not None and item.face is None:
         shares["angle_deg"] = math.radians(USUAL_ACCURACY["angle_deg"]) * _shared(moved, centre_z, planes)
-    if item.get("inward") is not None or item.get("cutter_mm") is not None:
+    if item.hole is not None or (item.pocket is not None and item.pocket.cutter_mm is not None):
         shares["position_mm"] = USUAL_ACCURACY["position_mm"] * np.maximum(
             _shared(mass, centre_z, planes), _shifted(moved, planes)
         )
     shares["depth_mm"] = USUAL_ACCURACY["depth_mm"] * _per_depth(item, centre_z, planes)
-    diameter = item.get("diameter_mm")
+    diameter = item.diameter_mm
     if diameter is not None:
         shares["diameter_mm"] = USUAL_ACCURACY["diameter_mm"] * _shared(
             2.0 * moved / diameter, centre_z, planes
@@ -120,43 +120,41 @@ def _effects(item: Item, planes: Sequence[Mapping[str, Any]]) -> dict[str, Array
     return shares
 
 
-def _centre_z_mm(item: Item) -> float:
+def _centre_z_mm(item: Cut) -> float:
     """Return the z of the metal of a cut: of a hole half-way down."""
-    z = float(item["position_mm"][2])
-    if item.get("inward") is None:
-        return z
-    return z + 0.5 * float(item["depth_mm"]) * float(item["inward"][2])
+    z = float(item.position_mm[2])
+    return z if item.hole is None else z + 0.5 * item.depth_mm * item.hole.inward[2]
 
 
-def _shared(g_mm: float, z_mm: float, planes: Sequence[Mapping[str, Any]]) -> Array:
+def _shared(g_mm: float, z_mm: float, planes: Sequence[TolerancePlane]) -> Array:
     """Return the magnitude of an unbalance at one z in the resultant, and its parts in the planes."""
     if not planes:
         return np.array([g_mm])
-    low, high = (float(plane["z_mm"]) for plane in planes)
+    low, high = (float(plane.z_mm) for plane in planes)
     upper = (z_mm - low) / (high - low)
     shares: Array = np.abs(np.array([g_mm, g_mm * (1.0 - upper), g_mm * upper]))
     return shares
 
 
-def _shifted(g_mm: float, planes: Sequence[Mapping[str, Any]]) -> Array:
+def _shifted(g_mm: float, planes: Sequence[TolerancePlane]) -> Array:
     """Return the effect of a millimetre along the axis: none on the resultant, a couple in the planes."""
     if not planes:
         return np.zeros(1)
-    low, high = (float(plane["z_mm"]) for plane in planes)
+    low, high = (float(plane.z_mm) for plane in planes)
     couple = g_mm / abs(high - low)
     return np.array([0.0, couple, couple])
 
 
-def _per_depth(item: Item, z_mm: float, planes: Sequence[Mapping[str, Any]]) -> Array:
+def _per_depth(item: Cut, z_mm: float, planes: Sequence[TolerancePlane]) -> Array:
     """Return the effect of a millimetre of depth, from the rates of the report, else on average."""
-    rate, moment = item.get("unbalance_per_mm_g_mm"), item.get("moment_per_mm_g_mm2")
+    rate, moment = item.unbalance_per_mm_g_mm, item.moment_per_mm_g_mm2
     if rate is None or moment is None:
-        change = float(np.hypot(*item["unbalance_change_g_mm"]))
-        return _shared(change / max(abs(float(item["depth_mm"])), 1e-9), z_mm, planes)
+        change = float(np.hypot(*item.unbalance_change_g_mm))
+        return _shared(change / max(abs(float(item.depth_mm)), 1e-9), z_mm, planes)
     first, second = np.array(rate, dtype=np.float64), np.array(moment, dtype=np.float64)
     if not planes:
         return np.array([np.hypot(*first)])
-    low, high = (float(plane["z_mm"]) for plane in planes)
+    low, high = (float(plane.z_mm) for plane in planes)
     upper = (second - low * first) / (high - low)
     magnitudes: Array = np.array([np.hypot(*first), np.hypot(*(first - upper)), np.hypot(*upper)])
     return magnitudes
@@ -206,11 +204,11 @@ def press_fit(diameter_mm: float) -> Fit:
     return Fit("H7/s6", (diameter_mm, diameter_mm + bore), (diameter_mm + low, diameter_mm + high))
 
 
-def retention(item: Item) -> str:
+def retention(item: Cut) -> str:
     """Return the retention of a slug: the load that pulls on it, and the means that hold it."""
-    load = item.get("centrifugal_load_N")
+    load = None if item.slug is None else item.slug.centrifugal_load_N
     pulled = "" if load is None else f" {load:.0f} N at service speed;"
-    if item.get("direction") == "radial":
+    if item.direction == "radial":
         hold = "" if load is None else f" prove to hold {2.0 * load:.0f} N outward,"
         return f"press to the seat;{pulled} it pulls the slug out:{hold} weld or peen the mouth over"
     return f"press to the seat;{pulled} the bore's wall carries it; peen the mouth at three places"

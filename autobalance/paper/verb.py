@@ -131,6 +131,7 @@ def sheet(
     """
     from autobalance.report.job_header import file_prefix
     from autobalance.report.records.answers import SheetReport, WrittenFile
+    from autobalance.report.records.balanced import BalancedReport
     from autobalance.verification.earlier_stage import earlier_stage
 
     path = Path(report)
@@ -147,11 +148,13 @@ def sheet(
             f"{path.name} cannot be drawn: {type(error).__name__} at {error}; "
             "expected a report as balance writes it"
         ) from None
+    own = BalancedReport.read(values)
+    prefix = file_prefix(own.given.job, own.serial)
     outputs = {
-        kind: WrittenFile(file=file_prefix(values) + SHEETS[kind], sha256=hashlib.sha256(data).hexdigest())
+        kind: WrittenFile(file=prefix + SHEETS[kind], sha256=hashlib.sha256(data).hexdigest())
         for kind, data in files.items()
     }
-    report_made = SheetReport(report=path.name, corrections=len(values["corrections"]), outputs=outputs)
+    report_made = SheetReport(report=path.name, corrections=len(own.corrections), outputs=outputs)
     return SheetResult(report_made, files, path)
 
 
@@ -170,9 +173,10 @@ def _drawn(values: Values, solid: Solid, frame: Any, choice: Choice) -> dict[str
     from autobalance.report.balance.values import showable
     from autobalance.report.bundle import bundle
     from autobalance.report.material import Material
+    from autobalance.report.records.balanced import BalancedReport
 
     shown = showable(values)
-    left = solid.moved(frame)
-    outlines = drawn(shown, left.mesh, listed_metal(shown, left))
+    report, left = BalancedReport.read(shown), solid.moved(frame)
+    outlines = drawn(report, left.mesh, listed_metal(report, left))
     files = bundle(Material(shown, choice, left, None, (), lambda _: None, outlines))
     return {kind: data for kind, (_, data) in files.items()}

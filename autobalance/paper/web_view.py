@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from reportlab.platypus import Flowable
@@ -34,8 +33,8 @@ from autobalance.paper.section_view import SectionView
 from autobalance.report.balance import kinds
 from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import DisplayUnits
-from autobalance.types import Array, Item, Report
-from autobalance.wording import at
+from autobalance.report.records.balanced import BalancedReport, Cut
+from autobalance.types import Array
 
 # A web seen along the axis within a degree wheel, its cuts numbered, to a scale of ISO 5455.
 
@@ -55,7 +54,7 @@ class WebView:
 
     def __init__(
         self,
-        report: Mapping[str, Any],
+        report: BalancedReport,
         plate: Plate,
         zero: Zero,
         u: DisplayUnits,
@@ -112,22 +111,22 @@ class WebView:
             [self.cx - side * self.scale * places[:, 1], self.cy - self.scale * places[:, 0]], axis=1
         )
 
-    def _metal(self, pen: Pen, item: Item) -> None:
+    def _metal(self, pen: Pen, item: Cut) -> None:
         """Draw the metal that a cut removes or adds, and the circle and axis of a hole."""
-        shadow = self.plate.web.cuts.get(item["number"], [])
-        pen.hatch(shadow, self.to_page, kinds.adds_metal(item), filled=item.get("slug_mass_g") is not None)
-        place = np.asarray(item["position_mm"][:2], dtype=np.float64)
-        inward = item.get("inward")
-        if inward is None:
+        shadow = self.plate.web.cuts.get(item.number, [])
+        pen.hatch(shadow, self.to_page, kinds.adds_metal(item), filled=item.slug is not None)
+        place = np.asarray(item.position_mm[:2], dtype=np.float64)
+        if (hole := item.hole) is None:
             return
+        inward = hole.inward
         if abs(inward[2]) > MIN_AXIAL_COMPONENT:
             ((x, down),) = self.to_page(place[None])
-            r = self.scale * item["diameter_mm"] / 2.0
+            r = self.scale * hole.diameter_mm / 2.0
             pen.circle(x, down, r, GONE, 0.3)
             for dx, dy in ((r + 1.2, 0.0), (0.0, r + 1.2)):
                 pen.line(x - dx, down - dy, x + dx, down + dy, INK, 0.12)
             return
-        depth = float(item["depth_mm"]) + float(item.get("point_mm") or 0.0)
+        depth = item.depth_mm + (hole.point_mm or 0.0)
         along = np.asarray(inward[:2], dtype=np.float64)
         (x0, y0), (x1, y1) = self.to_page(np.stack([place - 2.0 / self.scale * along, place + depth * along]))
         pen.line(x0, y0, x1, y1, ACCENT, 0.18, (3.0, 0.8, 0.8, 0.8))
@@ -137,10 +136,10 @@ class WebView:
         cx, cy, long = self.cx, self.cy, self.wheel - 1.0
         pen.line(cx - long, cy, cx + long, cy, ACCENT, 0.13, CENTRE_LINE)
         pen.line(cx, cy - long, cx, cy + long, ACCENT, 0.13, CENTRE_LINE)
-        for throw in (at(self.report, "crank.throws") or [])[:1]:
-            r = self.scale * float(throw["crank_radius_mm"])
+        for throw in self.report.crank.throws[:1]:
+            r = self.scale * throw.crank_radius_mm
             pen.circle(
-                cx, cy - r, self.scale * 0.5 * throw["crankpin"]["diameter_mm"], ACCENT, 0.13, dash=(1.5, 0.8)
+                cx, cy - r, self.scale * 0.5 * throw.crankpin.diameter_mm, ACCENT, 0.13, dash=(1.5, 0.8)
             )
 
     def _places(self) -> list[tuple[float, float]]:
@@ -162,16 +161,16 @@ class WebView:
         x = self.cx - side * radius_mm * math.sin(turn_rad)
         return x, self.cy - radius_mm * math.cos(turn_rad)
 
-    def _direction_rad(self, item: Item) -> float:
+    def _direction_rad(self, item: Cut) -> float:
         x, y = self._anchor(item)
         return math.atan2(y, x)
 
-    def _anchor(self, item: Item) -> Array:
+    def _anchor(self, item: Cut) -> Array:
         """Return the place that a number points to: a hole's entry, else the middle of its metal."""
-        inward, polygons = item.get("inward"), self.plate.web.cuts.get(item["number"], [])
-        if inward is None and kinds.angle_deg(item) is None and polygons:
+        polygons = self.plate.web.cuts.get(item.number, [])
+        if item.hole is None and kinds.angle_deg(item) is None and polygons:
             return np.asarray(max(polygons, key=len)[0])
-        return np.asarray(item["position_mm"][:2], dtype=np.float64)
+        return np.asarray(item.position_mm[:2], dtype=np.float64)
 
     def _wheel(self, pen: Pen, occupied: Occupied) -> None:
         """Draw a degree wheel: counter-clockwise from the sheet's zero, in brackets from the other one."""
@@ -233,7 +232,7 @@ class PlateView(Flowable):  # type: ignore[misc]
     """A plate with its cuts; rows that do not fit beside its view are in ``below``."""
 
     def __init__(
-        self, report: Report, plate: Plate, zero: Zero, cheeks: Mapping[int, Cheek], u: DisplayUnits,
+        self, report: BalancedReport, plate: Plate, zero: Zero, cheeks: Mapping[int, Cheek], u: DisplayUnits,
         wide_mm: float, room_mm: float, page_mm: float,
     ) -> None:  # fmt: skip
         super().__init__()
@@ -301,7 +300,7 @@ class PlateView(Flowable):  # type: ignore[misc]
         items = self.plate.items
         if any(map(kinds.adds_metal, items)):
             words.append("crossed: built up")
-        if any(item.get("slug_mass_g") is not None for item in items):
+        if any(item.slug is not None for item in items):
             words.append("filled: slug")
         return "; ".join(words)
 
@@ -310,7 +309,7 @@ class WholeCrank(Flowable):  # type: ignore[misc]
     """The section of the whole crank, in the rest of the last page; nothing where that is too little."""
 
     def __init__(
-        self, section: SectionDrawing, items: Sequence[Mapping[str, Any]], labels: Sequence[str],
+        self, section: SectionDrawing, items: Sequence[Cut], labels: Sequence[str],
         u: DisplayUnits, wide_mm: float,
     ) -> None:  # fmt: skip
         super().__init__()

@@ -12,11 +12,13 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from autobalance.declare import present
 from autobalance.report.balance import kinds
 from autobalance.report.job_header import shop_name, work_words
-from autobalance.types import Report
+from autobalance.report.records.balance import Plane, Unbalance
+from autobalance.report.records.balanced import BalancedReport, JobAttached
+from autobalance.report.records.report import ExternalPart, ThrowOil
 from autobalance.units import wrapped_deg
-from autobalance.wording import at, grams, oil_on_crankpin_g, part_name, weights
 
 GROUPS = (
     ("rotating_g", "m_rot", "Rotating parts, of one connecting rod"),
@@ -42,7 +44,7 @@ STYLES: dict[str, dict[str, Any]] = {
 }
 
 
-def xlsx(report: Report) -> bytes:
+def xlsx(report: BalancedReport) -> bytes:
     from xlsxwriter import Workbook
 
     buffer = io.BytesIO()
@@ -56,18 +58,18 @@ def xlsx(report: Report) -> bytes:
     return buffer.getvalue()
 
 
-def _oil_beside(report: Report, oil: Mapping[str, Any]) -> tuple[list[float], list[float]]:
+def _oil_beside(report: BalancedReport, oil: ThrowOil) -> tuple[list[float], list[float]]:
     """Return unbalance [g·mm] and moment [g·mm²] of a throw's oil, less its share in the bob-weight."""
-    throw = next(each for each in report["crank"]["throws"] if each["number"] == oil["throw"])
-    pin, on_pin = throw["crankpin"]["centre_mm"], oil["on_crankpin_g"]
-    first = [oil["mass_g"] * oil["centre_mm"][axis] - on_pin * pin[axis] for axis in (0, 1)]
-    return first, [-1000.0 * oil["inertia_kg_mm2"][axis][2] - on_pin * pin[axis] * pin[2] for axis in (0, 1)]
+    throw = next(each for each in report.crank.throws if each.number == oil.throw)
+    pin, on_pin = throw.crankpin.centre_mm, oil.on_crankpin_g
+    first = [oil.mass_g * oil.centre_mm[axis] - on_pin * pin[axis] for axis in (0, 1)]
+    return first, [-1000.0 * oil.inertia_kg_mm2[axis][2] - on_pin * pin[axis] * pin[2] for axis in (0, 1)]
 
 
 class _Calculation:
     """The sheet, line by line: each named line is a cell that later formulas refer to as ``{name}``."""
 
-    def __init__(self, page: Any, formats: Mapping[str, Any], report: Report) -> None:
+    def __init__(self, page: Any, formats: Mapping[str, Any], report: BalancedReport) -> None:
         self.page, self.formats, self.report = page, formats, report
         self.row = 0
         self.cells: dict[str, str] = {}
@@ -82,7 +84,7 @@ class _Calculation:
         page.hide_gridlines(2)
         _printed(page, self.report)
         page.write_string(0, 0, "Balance calculation", self.formats["title"])
-        page.write_string(1, 0, part_name(self.report), self.formats["soft"])
+        page.write_string(1, 0, self.report.part_name, self.formats["soft"])
         page.write_string(2, 0, "Change it", self.formats[INPUT])
         page.write_string(2, 1, "Measured", self.formats[MEASURED])
         page.write_string(2, 3, "Yellow cells may be changed; blue ones were measured on the solid; the rest follows.", self.formats["soft"])  # fmt: skip
@@ -128,7 +130,7 @@ class _Calculation:
         for group, total, title in GROUPS:
             self.head(title, "g")
             first = self.row
-            masses = weights(self.report, group)
+            masses = self.report.given.engine.weights_g(group)
             for part, mass in masses.items():
                 self.line(f"{group}:{part}", part.replace("_", " "), mass, "g")
             if masses:
@@ -139,42 +141,38 @@ class _Calculation:
 
     def _targets(self) -> None:
         v = self.values
-        tolerance = self.report["tolerance"]
+        tolerance = self.report.tolerance
         self.head("Targets")
         self.line(
             "f",
             "Balance factor",
-            self.report["balance_factor"]["target"],
+            self.report.balance_factor.target,
             "",
             "share of the reciprocating mass",
         )
-        self.line("n", "Highest service speed", tolerance["speed_rpm"], "rpm")
-        self.line("G", "Balance quality grade G", tolerance["grade_mm_s"], "mm/s", "ISO 21940-11")
-        self.line("m", "Rotor mass", tolerance["rotor_mass_g"], "g")
+        self.line("n", "Highest service speed", tolerance.speed_rpm, "rpm")
+        self.line("G", "Balance quality grade G", tolerance.grade_mm_s, "mm/s", "ISO 21940-11")
+        self.line("m", "Rotor mass", tolerance.rotor_mass_g, "g")
         self.formula("omega", "Ω", "2*PI()*{n}/60", 2.0 * math.pi * v["n"] / 60.0, "rad/s")
         self.formula("U_per", "Permissible residual unbalance U_per", "{m}*{G}/{omega}", v["m"] * v["G"] / v["omega"], "g·mm", "m · G / Ω")  # fmt: skip
 
     def _throws(self) -> list[int]:
         """Write each throw's place and bob-weight, its own parts as numbers; return the throws' numbers."""
         v = self.values
-        engine = at(self.report, "job.engine") or {}
-        different = {each["number"]: each for each in engine.get("throw") or []}
+        engine = self.report.given.engine
         numbers = []
-        for throw in self.report["crank"]["throws"]:
-            k = throw["number"]
+        for throw in self.report.crank.throws:
+            k = throw.number
             numbers.append(k)
             self.head(f"Throw {k}")
-            self.line(
-                f"r{k}", "Crank radius", throw["crank_radius_mm"], "mm", "measured on the solid", MEASURED
-            )
-            self.line(f"a{k}", "Angle", throw["angle_deg"], "°", "measured on the solid", MEASURED)
-            self.line(f"z{k}", "z of the crankpin", throw["crankpin"]["centre_mm"][2], "mm", "measured on the solid", MEASURED)  # fmt: skip
-            own = different.get(k)
-            rods = (own or engine).get("rods" if own else "rods_per_throw") or 1
+            self.line(f"r{k}", "Crank radius", throw.crank_radius_mm, "mm", "measured on the solid", MEASURED)
+            self.line(f"a{k}", "Angle", throw.angle_deg, "°", "measured on the solid", MEASURED)
+            self.line(f"z{k}", "z of the crankpin", throw.crankpin.centre_mm[2], "mm", "measured on the solid", MEASURED)  # fmt: skip
+            own, rods = engine.of_throw(k)
             self.line(f"rods{k}", "Connecting rods", float(rods), "")
             for group, total, _ in GROUPS:
-                if own:
-                    mass = math.fsum(grams(v) for v in own[group].values())
+                if own is not engine:
+                    mass = math.fsum(own.weights_g(group).values())
                     self.line(f"{total}{k}", f"{total} of this throw", mass, "g")
                 else:
                     self.cells[f"{total}{k}"], self.values[f"{total}{k}"] = (
@@ -182,7 +180,7 @@ class _Calculation:
                         self.values[total],
                     )
             formula, note = f"{{m_pin{k}}}+{{rods{k}}}*({{m_rot{k}}}+{{f}}*{{m_rec{k}}})", "m_pin + rods · (m_rot + f · m_rec)"  # fmt: skip
-            oil_g = oil_on_crankpin_g(self.report, k)
+            oil_g = self.report.oil_on_crankpin_g(k)
             if oil_g:
                 self.line(f"oil{k}", "Oil in the crank, on the crankpin", oil_g, "g", "measured", MEASURED)
                 formula, note = f"{formula}+{{oil{k}}}", f"{note} + oil"
@@ -196,8 +194,8 @@ class _Calculation:
     def _measured(self) -> None:
         """Write the solid's mass, first moments and products about z = 0, before and after."""
         report = self.report
-        attached = [*(at(report, "job.engine.attached") or []), *(report.get("external") or [])]
-        oil = [_oil_beside(report, each) for each in report.get("oil") or ()]
+        attached: list[JobAttached | ExternalPart] = [*report.given.engine.attached, *report.external]
+        oil = [_oil_beside(report, each) for each in report.oil]
         for state, title in (("before", "The solid before"), ("after", "The solid after")):
             self.head(title, note="measured, without bob-weights")
             mass, first, second = _solid(report, state)
@@ -211,31 +209,29 @@ class _Calculation:
         self.head("Attached rotors", note="flywheel, damper, sprocket, and oil beside the bob-weights")
         for axis in (0, 1):
             name = "xy"[axis]
-            total = math.fsum(
-                [*(a["unbalance_g_mm"][axis] for a in attached), *(each[0][axis] for each in oil)]
-            )
+            total = math.fsum([*(a.unbalance_g_mm[axis] for a in attached), *(each[0][axis] for each in oil)])
             lever = math.fsum(
-                [*(a["unbalance_g_mm"][axis] * a["z_mm"] for a in attached), *(each[1][axis] for each in oil)]
+                [*(a.unbalance_g_mm[axis] * a.z_mm for a in attached), *(each[1][axis] for each in oil)]
             )
             self.line(f"S{name}_att", f"Unbalance, {name}", total, "g·mm")
             self.line(f"P{name}_att", f"Moment, {name}", lever, "g·mm²")
 
     def _unbalance(self, throws: Sequence[int]) -> None:
         v = self.values
-        planes = self.report["tolerance"]["planes"]
+        planes = self.report.tolerance.planes
         if planes:
             self.head("Tolerance planes")
             for plane in planes:
-                self.line(f"z{plane['name']}", f"z of plane {plane['name']}", plane["z_mm"], "mm")
-                share = plane["permissible_g_mm"] / self.report["tolerance"]["permissible_g_mm"]
+                self.line(f"z{plane.name}", f"z of plane {plane.name}", plane.z_mm, "mm")
+                share = plane.permissible_g_mm / self.report.tolerance.permissible_g_mm
                 self.line(
-                    f"s{plane['name']}",
-                    f"Share of plane {plane['name']}",
+                    f"s{plane.name}",
+                    f"Share of plane {plane.name}",
                     share,
                     "",
                     "of U_per, ISO 21940-11",
                 )
-                self.formula(f"Uper{plane['name']}", f"U_per{plane['name']}", f"{{U_per}}*{{s{plane['name']}}}", v["U_per"] * v[f"s{plane['name']}"], "g·mm")  # fmt: skip
+                self.formula(f"Uper{plane.name}", f"U_per{plane.name}", f"{{U_per}}*{{s{plane.name}}}", v["U_per"] * v[f"s{plane.name}"], "g·mm")  # fmt: skip
         for state in ("before", "after"):
             self.head(f"Unbalance {state}", note="solid + bob-weights + attached")
             for axis, turn in (("x", "COS"), ("y", "SIN")):
@@ -280,11 +276,11 @@ class _Calculation:
     def _verdict(self) -> None:
         v = self.values
         self.head("Verdict")
-        judged = [f"({{U_after}}+{self._doubt('', self.report['residual'])})/{{U_per}}"]
+        judged = [f"({{U_after}}+{self._doubt('', self.report.residual)})/{{U_per}}"]
         shares = [(v["U_after"] + v["dU"]) / v["U_per"]]
-        if self.report["tolerance"]["judge"] == "dynamic":
-            for plane in self.report["residual"]["planes"]:
-                name = plane["name"]
+        if self.report.tolerance.judge == "dynamic":
+            for plane in self.report.residual.planes:
+                name = plane.name
                 judged.append(f"({{U{name}_after}}+{self._doubt(name, plane)})/{{Uper{name}}}")
                 shares.append((v[f"U{name}_after"] + v[f"dU{name}"]) / v[f"Uper{name}"])
         self.formula("share", "Share of the permissible value used", f"MAX({','.join(judged)})", max(shares), "", "at most 1 is within tolerance")  # fmt: skip
@@ -295,17 +291,17 @@ class _Calculation:
         self.page.write_formula(self.row, 1, formula, self.formats["verdict"], text)
         self.cells["verdict"] = f"$B${self.row + 1}"
         self.row += 1
-        radius = max((item["radius_mm"] for item in self.report["corrections"]), default=40.0)
+        radius = max((item.radius_mm for item in self.report.corrections), default=40.0)
         self.head("Still to correct")
         self.line("Rc", "At a radius of", radius, "mm", "of the metal's centre")
         self.formula("mc", "Correction mass", "{U_after}/{Rc}", v["U_after"] / v["Rc"], "g", "to remove on the heavy side")  # fmt: skip
         self.formula("mc0", "Correction mass before", "{U_before}/{Rc}", v["U_before"] / v["Rc"], "g")
 
-    def _doubt(self, name: str, residual: Mapping[str, Any]) -> str:
+    def _doubt(self, name: str, residual: Unbalance | Plane) -> str:
         """Write the uncertainty that counts in the verdict; return its name in formulas."""
-        counts = self.report["tolerance"].get("margin", "none") != "none"
+        counts = self.report.tolerance.counts_uncertainty
         of = f"plane {name}" if name else "the resultant"
-        self.line(f"dU{name}", f"Uncertainty of {of} in the verdict", residual["uncertainty_g_mm"] if counts else 0.0, "g·mm", "" if counts else 'margin = "none"')  # fmt: skip
+        self.line(f"dU{name}", f"Uncertainty of {of} in the verdict", (present(residual.uncertainty_g_mm) or 0.0) if counts else 0.0, "g·mm", "" if counts else 'margin = "none"')  # fmt: skip
         return f"{{dU{name}}}"
 
     def _factor(self, throws: Sequence[int]) -> None:
@@ -319,7 +315,7 @@ class _Calculation:
             value = math.fsum(v[f"rods{k}"] * v[f"m_rec{k}"] * v[f"r{k}"] * of(math.radians(v[f"a{k}"])) for k in throws)  # fmt: skip
 
             self.formula(f"D{axis}", f"D, {axis}", terms, value, "g·mm")
-        if self.report["balance_factor"]["initial"] is None:
+        if self.report.balance_factor.initial is None:
             return
         for state in ("before", "after"):
             dot = f"(({{USx_{state}}}-{{f}}*{{Dx}})*{{Dx}}+({{USy_{state}}}-{{f}}*{{Dy}})*{{Dy}})"
@@ -330,36 +326,35 @@ class _Calculation:
 
     def _counterweight(self) -> None:
         v = self.values
-        product = at(self.report, "counterweight.product_g_mm")
-        if not product:
+        if (web := self.report.counterweight) is None:
             return
         self.head("Counterweight", note="webs with counterweights, without crankpins and journals")
-        self.line("mcw", "m_cw", self.report["counterweight"]["mass_g"], "g", "", MEASURED)
-        self.line("mr0", "m_cw · r′ before", product["initial"], "g·mm", "", MEASURED)
-        self.line("mr2", "m_cw · r′ after", product["final"], "g·mm", "", MEASURED)
+        self.line("mcw", "m_cw", web.mass_g, "g", "", MEASURED)
+        self.line("mr0", "m_cw · r′ before", web.product_g_mm.initial, "g·mm", "", MEASURED)
+        self.line("mr2", "m_cw · r′ after", web.product_g_mm.final, "g·mm", "", MEASURED)
         self.formula("rcw", "r′ before", "{mr0}/{mcw}", v["mr0"] / v["mcw"], "mm")
         self.formula("mr1", "m_cw · r′ needed", "{mr0}+{USx_before}", v["mr0"] + v["USx_before"], "g·mm", "makes the resultant along the crankpin zero")  # fmt: skip
         self.formula("dmr", "Still to remove", "{mr2}-{mr1}", v["mr2"] - v["mr1"], "g·mm", "positive: remove from the counterweight")  # fmt: skip
 
 
-def _solid(report: Report, state: str) -> tuple[float, tuple[float, float], tuple[float, float]]:
+def _solid(report: BalancedReport, state: str) -> tuple[float, tuple[float, float], tuple[float, float]]:
     """Return mass, ∫(x, y) dm and ∫ z (x, y) dm of the solid before or after, rotor frame.
 
     After, the difference of the unbalance as judged counts, so that pressed-in metal is in it too.
     """
-    crank = report["crank"]
-    mass = float(crank["mass_g"])
-    first = [mass * float(crank["centre_of_mass_mm"][axis]) for axis in (0, 1)]
-    second = [-1000.0 * float(crank["inertia_kg_mm2"][axis][2]) for axis in (0, 1)]
+    body = report.crank.body
+    mass = body.mass_g
+    first = [mass * body.centre_of_mass_mm[axis] for axis in (0, 1)]
+    second = [-1000.0 * body.inertia_kg_mm2[axis][2] for axis in (0, 1)]
     if state == "after":
-        start, end = report["initial"], report["residual"]
-        mass -= math.fsum(item["removed_mass_g"] for item in report["corrections"])
-        first = [first[k] + end["unbalance_g_mm"][k] - start["unbalance_g_mm"][k] for k in (0, 1)]
-        second = [second[k] + end["moment_g_mm2"][k] - start["moment_g_mm2"][k] for k in (0, 1)]
+        start, end = report.initial, report.residual
+        mass -= math.fsum(item.removed_mass_g for item in report.corrections)
+        first = [first[k] + end.unbalance_g_mm[k] - start.unbalance_g_mm[k] for k in (0, 1)]
+        second = [second[k] + end.moment_g_mm2[k] - start.moment_g_mm2[k] for k in (0, 1)]
     return mass, (first[0], first[1]), (second[0], second[1])
 
 
-def _corrections(page: Any, formats: Mapping[str, Any], report: Report) -> None:
+def _corrections(page: Any, formats: Mapping[str, Any], report: BalancedReport) -> None:
     """List the corrections, one a row."""
     heads = ("No", "Kind", "Where", "Depth, of a pad height [mm]", "Diameter [mm]", "Angle [°]", "z [mm]", "Radius of the metal [mm]", "Mass off (−: added) [g]", "Change x [g·mm]", "Change y [g·mm]")  # fmt: skip
     page.set_column("A:A", 6)
@@ -368,11 +363,11 @@ def _corrections(page: Any, formats: Mapping[str, Any], report: Report) -> None:
     page.set_column("D:K", 12)
     for column, text in enumerate(heads):
         page.write_string(0, column, text, formats["head"])
-    for row, item in enumerate(report["corrections"], 1):
-        page.write_number(row, 0, item["number"])
+    for row, item in enumerate(report.corrections, 1):
+        page.write_number(row, 0, item.number)
         page.write_string(row, 1, kinds.noun(item))
         page.write_string(row, 2, kinds.place(item), formats["wrapped"])
-        numbers = [abs(item["depth_mm"]), item.get("diameter_mm"), kinds.angle_deg(item), item["position_mm"][2], item["radius_mm"], item["removed_mass_g"], *item["unbalance_change_g_mm"]]  # fmt: skip
+        numbers = [abs(item.depth_mm), item.diameter_mm, kinds.angle_deg(item), item.position_mm[2], item.radius_mm, item.removed_mass_g, *item.unbalance_change_g_mm]  # fmt: skip
         for column, value in enumerate(numbers, 3):
             if value is not None:
                 page.write_number(row, column, value, formats["number"])
@@ -381,7 +376,7 @@ def _corrections(page: Any, formats: Mapping[str, Any], report: Report) -> None:
     _printed(page, report)
 
 
-def _printed(page: Any, report: Report) -> None:
+def _printed(page: Any, report: BalancedReport) -> None:
     """Set up printing: landscape A4, all columns on one page, name and page number at the foot."""
     page.set_landscape()
     page.set_paper(PAPER_A4)
@@ -389,7 +384,7 @@ def _printed(page: Any, report: Report) -> None:
     page.fit_to_pages(1, 0)
     name, shop, words = (
         "".join(letter for letter in text if letter.isprintable())[:FOOTER_LETTERS].replace("&", "&&")
-        for text in (part_name(report), shop_name(report), work_words(report))
+        for text in (report.part_name, shop_name(report), work_words(report))
     )
     page.set_footer(f"&L{name}&C&A&Rpage &P of &N")
     if shop or words:

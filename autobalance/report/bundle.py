@@ -40,7 +40,7 @@ def choice_of(
 def bundle(material: Material) -> dict[str, tuple[str, bytes]]:
     """Return the chosen files: key in ``outputs`` → name and bytes."""
     files: dict[str, tuple[str, bytes]] = {}
-    prefix = file_prefix(material.report)
+    prefix = file_prefix(material.balanced.given.job, material.balanced.serial)
     for name, kind in KINDS.items():
         if name in material.choice.kinds:
             data = kind.make(material)

@@ -8,6 +8,7 @@ from contextvars import ContextVar
 from dataclasses import replace
 from typing import Final, Literal
 
+from autobalance.declare import Floats
 from autobalance.quantities import Quantity, rendered
 from autobalance.units import G_MM_PER, G_MM_PER_OZ_IN, G_PER, G_PER_KG, G_PER_OZ, MM_PER
 from autobalance.value_classes import dataclass
@@ -153,7 +154,8 @@ def in_units(text: str, u: DisplayUnits) -> str:
 
     Examples
     --------
-    >>> from autobalance.quantities import g_mm, mm, said
+    >>> from autobalance.declare import Floats
+    from autobalance.quantities import g_mm, mm, said
     >>> in_units(said("add {} at z {}", g_mm(720.0779, ".1f"), mm(25.4, ".1f")), ON_SCREEN["inch"])
     'add 1.0000 oz·in at z 1.0000 in'
     """
@@ -200,12 +202,12 @@ def unbalance(value_g_mm: float | None, digits: int = 2) -> str:
     return number(value, digits)
 
 
-def heavy_at(vector_g_mm: Sequence[float], digits: int = 0) -> str:
+def heavy_at(vector_g_mm: Floats, digits: int = 0) -> str:
     """Return the angle of an unbalance; a dash where the unbalance shows as zero."""
     return pointing(vector_g_mm, digits, "") or number(None)
 
 
-def pointing(vector_g_mm: Sequence[float], digits: int = 0, before: str = " at ") -> str:
+def pointing(vector_g_mm: Floats, digits: int = 0, before: str = " at ") -> str:
     """Return the angle of an unbalance after some text; empty where the unbalance shows as zero."""
     angle = (angle_deg(vector_g_mm) - PAGE_ZERO_DEG.get()) % 360.0
     return PAGE_UNITS.get().pointing(math.hypot(*vector_g_mm), angle, digits, before)

@@ -7,8 +7,7 @@ import re
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from autobalance.types import Report
-from autobalance.wording import at
+from autobalance.report.records.balanced import BalancedReport, JobPart
 
 # Job and shop of a report, as the head of every page has them.
 
@@ -28,46 +27,45 @@ class Logo(NamedTuple):
     media_type: str
 
 
-def work(report: Report) -> dict[str, str]:
+def work(report: BalancedReport) -> dict[str, str]:
     """Return the entries of ``[job]`` that exist, by key; the serial of a reading takes precedence."""
-    own = at(report, "job.job") or {}
-    entries = {name: str(own[name]) for name in NAMED if own.get(name)}
-    if report.get("serial"):
-        entries["serial"] = str(report["serial"])
-    return {name: entries[name] for name in NAMED if name in entries}
+    own = report.given.job
+    entries = {name: getattr(own, name) for name in NAMED} | {"serial": report.serial or own.serial}
+    return {name: text for name, text in entries.items() if text}
 
 
-def file_prefix(report: Report) -> str:
-    """Return the beginning of the names of papers, ``V8-001-``; nothing unless the job names the part."""
-    part = at(report, "job.job.part")
-    if not part:
+def file_prefix(own: JobPart, serial: str | None = None) -> str:
+    """Return the beginning of the names of papers, ``V8-001-``; nothing unless the job names the part.
+
+    ``serial`` is that of a reading.
+    """
+    if not own.part:
         return ""
-    words = (str(part), work(report).get("serial", ""))
+    words = (own.part, serial or own.serial or "")
     return "".join(
         f"{word}-" for word in (NOT_IN_NAMES.sub("_", each).strip("_. ") for each in words) if word
     )
 
 
-def work_words(report: Report) -> str:
+def work_words(report: BalancedReport) -> str:
     """Return the entries of ``[job]`` on one line: ``customer A. Owner · serial C-17``."""
     return " · ".join(f"{name} {value}" for name, value in work(report).items())
 
 
-def shop_name(report: Report) -> str:
+def shop_name(report: BalancedReport) -> str:
     """Return the shop's name; empty without one."""
-    return str(at(report, "job.shop.name") or "")
+    return report.given.shop.name or ""
 
 
-def stage_words(report: Report) -> str:
+def stage_words(report: BalancedReport) -> str:
     """Return the stage of a crank that was cut again; empty for any other."""
-    stages = report.get("stages")
-    return f"stage {stages[-1]['stage']}" if stages else ""
+    return f"stage {report.stages[-1].stage}" if report.stages else ""
 
 
-def logo(report: Report) -> Logo | None:
+def logo(report: BalancedReport) -> Logo | None:
     """Return the shop's picture; None without one, or where its file is no longer a PNG or JPEG."""
-    path = at(report, "job.shop.logo")
-    return None if not path else picture_of(Path(str(path)))
+    path = report.given.shop.logo
+    return None if not path else picture_of(Path(path))
 
 
 def picture_of(path: Path) -> Logo | None:
@@ -78,7 +76,7 @@ def picture_of(path: Path) -> Logo | None:
     return next((Logo(data, kind) for magic, kind in MAGIC.items() if data.startswith(magic)), None)
 
 
-def page_header(report: Report) -> dict[str, Any]:
+def page_header(report: BalancedReport) -> dict[str, Any]:
     """Return shop and job for the head of a page in HTML (``parts.header``)."""
     picture = logo(report)
     if picture is not None:
@@ -100,13 +98,13 @@ EXTERNAL_TEXTS = {
 }
 
 
-def turning_words(report: Report) -> str:
+def turning_words(report: BalancedReport) -> str:
     """Return a sentence, after a space, for an engine that turns clockwise; empty for any other."""
-    clockwise = at(report, "job.engine.turns") == "cw"
+    clockwise = report.given.engine.turns == "cw"
     return " In the engine the crank turns clockwise, seen from +z." if clockwise else ""
 
 
-def external_words(report: Report) -> str:
+def external_words(report: BalancedReport) -> str:
     """Return the words on the parts of an external balance."""
-    words = EXTERNAL_TEXTS[str(at(report, "job.balance.external"))]
+    words = EXTERNAL_TEXTS[str(report.given.balance.external)]
     return f"{words} Spin the crank with them on, or say attached_fitted = false in the reading."

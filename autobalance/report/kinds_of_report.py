@@ -22,7 +22,7 @@ def _page(material: Material) -> dict[str, bytes]:
     shown = material.shown
     return {
         "html": page(
-            material.report,
+            material.balanced,
             shown.body,
             shown.pieces,
             picture,
@@ -42,7 +42,7 @@ def _tools(material: Material) -> dict[str, bytes]:
     from autobalance.report.output_kinds import KINDS
     from autobalance.report.tool_bodies import tool_bodies
 
-    made = any(each["depth_mm"] != 0.0 for each in material.report["corrections"])
+    made = any(each.depth_mm != 0.0 for each in material.balanced.corrections)
     exact = KINDS["tools"].files["tools"].endswith("step")
     return {"tools": tool_bodies(material, exact)} if made else {}
 
@@ -50,7 +50,7 @@ def _tools(material: Material) -> dict[str, bytes]:
 def _reading(material: Material) -> dict[str, bytes]:
     from autobalance.report.reading_template import reading_template
 
-    return {"reading": reading_template(material.report).encode()}
+    return {"reading": reading_template(material.balanced).encode()}
 
 
 PAGE = OutputKind("html", {"html": "report.html"}, _page)

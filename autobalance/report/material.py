@@ -14,6 +14,7 @@ from autobalance.value_classes import dataclass
 if TYPE_CHECKING:
     from autobalance.balancing.measured import Crank
     from autobalance.report.page.view import Shown
+    from autobalance.report.records.balanced import BalancedReport
     from autobalance.solid.csg.solid import Solid
 
 
@@ -63,11 +64,18 @@ class Material:
     crank: Crank | None = None
 
     @cached_property
+    def balanced(self) -> BalancedReport:
+        """The report as a record."""
+        from autobalance.report.records.balanced import BalancedReport
+
+        return BalancedReport.read(self.report)
+
+    @cached_property
     def shown(self) -> Shown:
         """The crank in pieces: the body that stays, and the metal of each correction."""
         from autobalance.report.page.view import Shown
 
-        return Shown.of(self.report, self.before, self.after, self.tools)
+        return Shown.of(self.balanced, self.before, self.after, self.tools)
 
     @cached_property
     def pictures(self) -> tuple[bytes, bytes]:
@@ -76,7 +84,7 @@ class Material:
 
         shown = self.shown
         self.notify("drawing pictures")
-        return pictures(self.report, self.before.mesh, shown.body, shown.pieces, units=self.choice.units)
+        return pictures(self.balanced, self.before.mesh, shown.body, shown.pieces, units=self.choice.units)
 
     @cached_property
     def surface(self) -> bytes | None:
@@ -96,4 +104,4 @@ class Material:
             return self.drawn
         pieces = self.shown.pieces
         self.notify("drawing the shop sheet")
-        return registry.loaded(registry.DRAWINGS)(self.report, self.before, pieces)
+        return registry.loaded(registry.DRAWINGS)(self.balanced, self.before, pieces)

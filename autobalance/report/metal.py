@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from autobalance.report.balance import kinds
+from autobalance.report.records.balanced import BalancedReport
 from autobalance.solid.csg.shape import Shared, beyond, shared_with
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
@@ -42,9 +42,9 @@ class Piece:
         return Piece.of(self.metal.simplified(by_mm), self.correction, adds)
 
 
-def pieces_of(report: Mapping[str, Any], before: Solid, tools: Sequence[Solid]) -> list[Piece]:
+def pieces_of(report: BalancedReport, before: Solid, tools: Sequence[Solid]) -> list[Piece]:
     """Return the metal of each correction from its tool body, file coordinates."""
-    adds = [kinds.adds_metal(item) for item in report["corrections"]]
+    adds = [kinds.adds_metal(item) for item in report.corrections]
     removing = [k for k, added in enumerate(adds) if not added]
     pieces = []
     for k, metal in zip(removing, shared_with(before, [tools[k] for k in removing]), strict=True):

@@ -7,10 +7,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from html import escape
 from importlib.resources import files
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from autobalance.report.pictures import polar
-from autobalance.wording import number, outcome_words, verdict, verdict_class
+from autobalance.wording import number
+
+if TYPE_CHECKING:  # every result loads this module
+    from autobalance.report.records.balanced import BalancedReport
 
 ROWS = 60
 """Most rows of a table of records; the others are counted."""
@@ -86,15 +89,15 @@ def _text(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def balance(report: Mapping[str, Any]) -> str:
+def balance(report: BalancedReport) -> str:
     """Return a run's verdict, residual unbalance and cuts."""
-    cuts = report["corrections"]
-    removed_g = sum(each["removed_mass_g"] for each in cuts)
+    cuts = report.corrections
+    removed_g = sum(each.removed_mass_g for each in cuts)
     title = f"{len(cuts)} cut{'s' * (len(cuts) != 1)}, {number(removed_g)} g removed"
-    style = verdict_class(report)
+    style = report.verdict_class
     return box(
-        f'<h3 class="{style}">{outcome_words(report)}</h3><p>{escape(verdict(report))}</p>',
-        f"<p>{escape(report['reason'])}</p>" if report["reason"] else "",
+        f'<h3 class="{style}">{report.outcome_words}</h3><p>{escape(report.verdict)}</p>',
+        f"<p>{escape(report.reason)}</p>" if report.reason else "",
         row(*polar.figures(report)),
-        f"<h4>{title}</h4>{records(cuts, CUT_COLUMNS)}" if cuts else "",
+        f"<h4>{title}</h4>{records([each.item for each in cuts], CUT_COLUMNS)}" if cuts else "",
     )

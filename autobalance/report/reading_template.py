@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from typing import Any
 
+from autobalance.report.records.balanced import BalancedReport
 from autobalance.toml_files.typed_units import FILL_IN
 
 URR_PERCENT, UMAR_G_MM = 95.0, 0.5
 """Usual values of a hard-bearing machine in order, to begin with."""
 
 
-def reading_template(report: Mapping[str, Any]) -> str:
+def reading_template(report: BalancedReport) -> str:
     """Return the reading file of a report, with "FILL IN" for the machine's numbers."""
-    job = report["job"]
-    serial = (job.get("job") or {}).get("serial") or report.get("serial")
-    inch = (job.get("shop") or {}).get("units") == "inch"
-    fit = [round(each["fit_g"], 2) for each in report["engine"]["bob_weights"]]
+    serial = report.given.job.serial or report.serial
+    inch = report.given.shop.units == "inch"
+    fit = [round(each.fit_g, 2) for each in report.engine.bob_weights]
     amount, unit = ("oz_in", "oz·in") if inch else ("g_mm", "g·mm")
     lines = [
         "# Readings of the balancing machine on the corrected crank: amount and angle of each plane. Then:",
@@ -30,13 +28,9 @@ def reading_template(report: Mapping[str, Any]) -> str:
         "zero_deg = 0.0               # the machine's zero mark, ccw from crankpin 1",
         'reads = "heavy"              # "heavy": where the metal is too much; "light": where to add',
     ]
-    planes = report["tolerance"]["planes"] if report["tolerance"]["judge"] == "dynamic" else []
-    for plane in planes or [None]:
-        place = (
-            []
-            if plane is None
-            else [f'at = "{plane["name"]}"                     # z {plane["z_mm"]:.2f} mm']
-        )
+    planes = report.tolerance.planes if report.tolerance.judge == "dynamic" else ()
+    places = [[f'at = "{plane.name}"                     # z {plane.z_mm:.2f} mm'] for plane in planes]
+    for place in places or [[]]:
         lines += [
             "",
             "[[plane]]",

@@ -12,24 +12,21 @@ def tool_bodies(material: Material, is_exact: bool) -> bytes:
     """
     import numpy as np
 
-    entries = material.report["corrections"]
+    entries = material.balanced.corrections
     material.notify("drawing the tools")
     if not is_exact:
         from autobalance.solid.formats.threemf import write_objects
 
         meshes = [tool.mesh for tool in material.tools]
         named = [
-            (entry["label"], mesh.vertices, mesh.triangles)
+            (entry.name, mesh.vertices, mesh.triangles)
             for entry, mesh in zip(entries, meshes, strict=True)
-            if entry["depth_mm"] != 0.0
+            if entry.depth_mm != 0.0
         ]
         return write_objects(named, "millimeter")
-    from autobalance.correction import KINDS
     from autobalance.solid.cad.build import shape_of
     from autobalance.solid.cad.files import write_parts
 
-    back = np.linalg.inv(np.array(material.report["frame"]["file_to_rotor"]))
-    drawn = [
-        (entry["label"], KINDS[entry["kind"]].drawn(entry)) for entry in entries if entry["depth_mm"] != 0.0
-    ]
+    back = np.linalg.inv(np.array(material.balanced.frame.file_to_rotor))
+    drawn = [(entry.name, entry.of_kind.drawn(entry.item)) for entry in entries if entry.depth_mm != 0.0]
     return write_parts([(label, shape_of(shape, back)) for label, shape in drawn if shape is not None], "mm")

@@ -21,13 +21,14 @@ from autobalance.declare import UNWRITTEN, Angle, Count, NotNegative, Ordinal, P
 from autobalance.errors import AutobalanceError, FileError
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.records.answers import Head
+from autobalance.report.records.balanced import BalancedReport
 from autobalance.report.tables import table
 from autobalance.rigid_rotor.tolerance import Outcome
 from autobalance.types import Array
 from autobalance.value_classes import dataclass
 from autobalance.verbs.result import VerbResult
 from autobalance.verification.report_file import read_report
-from autobalance.wording import angle_deg, percent, worst_judged
+from autobalance.wording import angle_deg, percent
 
 # The reports below a folder, one row a crank: read from them alone, indexed so that each is read once.
 
@@ -100,7 +101,7 @@ def archive(folder: Path) -> Archive:
             entries[name] = size, changed, _entry(name, values, status.st_mtime)
         except AutobalanceError as error:
             warnings.append(f"{name} is left out: {error}")
-        except (KeyError, TypeError, ValueError):
+        except (AttributeError, TypeError, ValueError):
             warnings.append(f"{name} is left out: it is not a report of balance or recut")
     if entries != known:
         _write_index(folder, entries)
@@ -113,30 +114,30 @@ def _entry(name: str, values: Mapping[str, Any], changed_s: float) -> dict[str, 
     """Return the row of a report, with the first report of its crank; None if it is not a run's."""
     if values.get("command") not in OF_RUNS:
         return None
-    before, after, tolerance = (values[key] for key in ("initial", "residual", "tolerance"))
-    before_worst, after_worst = worst_judged(values, "initial"), worst_judged(values)
-    header = values["job"].get("job") or {}
-    stages = values.get("stages") or ()
-    first = stages[0]["report"] if stages else None
+    report = BalancedReport.read(values)
+    before, after, tolerance = report.initial, report.residual, report.tolerance
+    before_worst, after_worst = tolerance.worst(before), tolerance.worst(after)
+    header, stages = report.given.job, report.stages
+    first = stages[0].report if stages else None
     row = ArchivedJob(
         name,
-        header.get("customer"),
-        header.get("engine"),
-        values.get("serial") or header.get("serial"),
+        header.customer,
+        header.engine,
+        report.serial or header.serial,
         datetime.fromtimestamp(changed_s).strftime("%Y-%m-%d %H:%M"),
         len(stages) or 1,
-        before["magnitude_g_mm"],
-        after["magnitude_g_mm"],
-        tolerance["permissible_g_mm"],
+        before.magnitude_g_mm,
+        after.magnitude_g_mm,
+        tolerance.permissible_g_mm,
         before_worst[1] / before_worst[2],
         after_worst[1] / after_worst[2],
         before_worst[0],
         after_worst[0],
-        values["outcome"],
-        {each["name"]: tuple(each["unbalance_g_mm"]) for each in before["planes"]},
-        {each["name"]: tuple(each["unbalance_g_mm"]) for each in after["planes"]},
-        {each["name"]: each["permissible_g_mm"] for each in tolerance["planes"]},
-        "\n".join(map(str, [name, values.get("serial"), *filter(None, header.values())])),
+        report.outcome,
+        {each.name: each.unbalance_g_mm for each in before.planes},
+        {each.name: each.unbalance_g_mm for each in after.planes},
+        {each.name: each.permissible_g_mm for each in tolerance.planes},
+        "\n".join(map(str, [name, report.serial, *filter(None, (report.job.get("job") or {}).values())])),
     )
     of = name if first is None else (Path(name).parent / first).as_posix()
     return {"of": posixpath.normpath(of), "row": json.loads(json.dumps(asdict(row)))}

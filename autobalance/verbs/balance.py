@@ -157,8 +157,9 @@ class BalanceResult(VerbResult):
 
     def _repr_html_(self) -> str:
         from autobalance.report import notebook
+        from autobalance.report.records.balanced import BalancedReport
 
-        return notebook.balance(self.report)
+        return notebook.balance(BalancedReport.read(self.report))
 
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
@@ -171,9 +172,10 @@ class BalanceResult(VerbResult):
     def _text(self, units: str, verbose: bool) -> str:
         from autobalance.report.balance.text import balance_text
         from autobalance.report.display_units import ON_SCREEN
+        from autobalance.report.records.balanced import BalancedReport
         from autobalance.report.tables import unglued
 
-        return unglued(balance_text(self.report, ON_SCREEN[units], verbose=verbose))
+        return unglued(balance_text(BalancedReport.read(self.report), ON_SCREEN[units], verbose=verbose))
 
     def write(
         self,

@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from autobalance.report.balance.values import StageNotes
     from autobalance.report.files import Staging
     from autobalance.report.material import Choice
+    from autobalance.report.records.stage import Stage
 
 
 # ``ab.recut``: a corrected crank was spun on a balancing machine; what is still to cut.
@@ -79,15 +80,18 @@ class RecutResult(BalanceResult):
     def history(self) -> str:
         """The page of all stages."""
         from autobalance.report.page.html import history_page
+        from autobalance.report.records.balanced import BalancedReport
 
-        return history_page(self.report, stage_dates(self.report["stages"][:-1], self.folder))
+        shown = BalancedReport.read(self.report)
+        return history_page(shown, stage_dates(shown.stages[:-1], self.folder))
 
     def _text(self, units: str, verbose: bool) -> str:
         from autobalance.report.balance.recut_text import recut_text
         from autobalance.report.display_units import ON_SCREEN
+        from autobalance.report.records.balanced import BalancedReport
         from autobalance.report.tables import unglued
 
-        return unglued(recut_text(self.report, ON_SCREEN[units], verbose=verbose))
+        return unglued(recut_text(BalancedReport.read(self.report), ON_SCREEN[units], verbose=verbose))
 
     def write(
         self,
@@ -112,19 +116,20 @@ class RecutResult(BalanceResult):
         """Stage all files for a folder, the page of all stages too; other reports are named from there."""
         from autobalance.report.balance.values import report, stage_values
         from autobalance.report.page.html import history_page
+        from autobalance.report.records.balanced import BalancedReport
         from autobalance.report.records.outputs import Page
 
         record = self.record
         assert record.balanced is not None
         record = replace(record, staged=stage_values(self.notes, folder, record.balanced.result))
-        values = report(record)
-        for each in values["stages"][:-1]:
-            if (folder / each["report"]).resolve() == (folder / REPORT).resolve():
+        shown = BalancedReport.read(report(record))
+        for each in shown.stages[:-1]:
+            if (folder / each.report).resolve() == (folder / REPORT).resolve():
                 raise FileError(
-                    f"{folder} holds the report of stage {each['stage']} of this crank; choose another folder"
+                    f"{folder} holds the report of stage {each.stage} of this crank; choose another folder"
                 )
-        dates = [*stage_dates(values["stages"][:-1], folder), choice.date]
-        page = history_page(values, dates, choice.units).encode()
+        dates = [*stage_dates(shown.stages[:-1], folder), choice.date]
+        page = history_page(shown, dates, choice.units).encode()
         staging.add(folder / HISTORY, page)
         entry = Page(file=HISTORY, sha256=hashlib.sha256(page).hexdigest())
         record = replace(record, outputs={**record.outputs, "history": entry})
@@ -132,9 +137,9 @@ class RecutResult(BalanceResult):
         return written, (*files, folder / HISTORY)
 
 
-def stage_dates(stages: Sequence[Mapping[str, Any]], folder: Path) -> list[str]:
+def stage_dates(stages: Sequence[Stage], folder: Path) -> list[str]:
     """Return the days on which the reports of earlier stages were written; "" of one that is gone."""
-    reports = [folder / each["report"] for each in stages]
+    reports = [folder / each.report for each in stages]
     return [
         date.fromtimestamp(path.stat().st_mtime).isoformat() if path.is_file() else "" for path in reports
     ]

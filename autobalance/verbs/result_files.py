@@ -154,11 +154,12 @@ def _forms_of_earlier(staging: Staging, folder: Path, values: Values) -> Iterato
 def _blank_form(values: Mapping[str, Any] | None) -> bytes | None:
     """Return the form of a report as it was written; None if it is unknown."""
     from autobalance.report.reading_template import reading_template
+    from autobalance.report.records.balanced import BalancedReport
 
     if values is None or values.get("command") not in ("balance", "recut"):
         return None
     try:
-        return reading_template(values).encode()
+        return reading_template(BalancedReport.read(values)).encode()
     except (KeyError, TypeError, ValueError, AttributeError):  # of another version, or changed by hand
         return None
 

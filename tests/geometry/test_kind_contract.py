@@ -21,13 +21,14 @@ from autobalance.correction.relaxing import Otherwise, WiderLimits
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.faces import find_faces
 from autobalance.crank.recognition.recognise import recognise
-from autobalance.declare import encoded
+from autobalance.declare import decoded, encoded
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.generate import crank_shape
 from autobalance.paper.cuts import cut_row
 from autobalance.report.balance import kinds
 from autobalance.report.balance.values import dumps
 from autobalance.report.display_units import ON_PAPER
+from autobalance.report.records.balanced import Cut as ListedCut
 from autobalance.report.records.corrections import Correction
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.cad.installed import has_kernel
@@ -203,16 +204,17 @@ def test_what_is_told_is_complete_and_valid(bench: Bench, name: str) -> None:
         item = json.loads(dumps(encoded(Correction.of(1, made, bench.work.anatomy))))
         validator.validate(item)
         assert item["kind"] == name
+        listed = decoded(ListedCut, item, partly=True)
         for units in ON_PAPER.values():
-            line = kinds.instruction(item, units)
+            line = kinds.instruction(listed, units)
             assert line
             assert "\n" not in line
-            row = cut_row(item, units)
+            row = cut_row(listed, units)
             angle, z, radius, depth = row[4], row[7], row[6], row[9]
             assert "–" not in (z, radius, depth)
             assert (angle == "–") == kind.is_round_the_rim
         size = "height" if kind.adds_metal else "depth"
-        assert kinds.datums([item, item]) == [f"{kind.noun}: {size} from {kind.datum}."]
+        assert kinds.datums([listed, listed]) == [f"{kind.noun}: {size} from {kind.datum}."]
         assert kind.size(item)
         assert cut.label
         assert cut.limit

@@ -15,6 +15,7 @@ from autobalance.engines.forces.answer import stack
 from autobalance.paper.bob_card import bob_card, make_up
 from autobalance.paper.certificate import certificate
 from autobalance.paper.sheet import hole_list, pdf
+from autobalance.report.records.balanced import BalancedReport
 from tests import jobs, plans
 from tests.report.test_job_header import headed
 from tests.report.test_paper import datums
@@ -28,7 +29,7 @@ def pages(data: bytes) -> list[str]:
 def test_a_certificate_is_one_page_with_before_after_and_permitted(paper: Any, units: Any) -> None:
     report = headed(3)
     report["job"]["shop"]["machine"] = "/shop/hard-bearing.toml"
-    (text,) = pages(certificate(report, None, paper, units, "2026-01-31"))
+    (text,) = pages(certificate(BalancedReport.read(report), None, paper, units, "2026-01-31"))
     assert "Balancing certificate, predicted" in text
     for private in ("sha256", report["input"]["sha256"], "/shop", "job.toml"):
         assert private not in text
@@ -53,7 +54,7 @@ def test_a_certificate_is_one_page_with_before_after_and_permitted(paper: Any, u
 
 
 def lines_of(report: dict[str, Any]) -> list[str]:
-    (page,) = PdfReader(io.BytesIO(certificate(report, None))).pages
+    (page,) = PdfReader(io.BytesIO(certificate(BalancedReport.read(report), None))).pages
     return [" ".join(line.split()) for line in page.extract_text().splitlines()]
 
 
@@ -63,7 +64,7 @@ def test_only_a_reading_after_the_last_cut_is_no_prediction(cuts: int) -> None:
     earlier = report["corrections"][cuts:]
     report |= {"stages": [{"stage": 2}], "corrections": report["corrections"][:cuts]}
     report["earlier_corrections"] = earlier
-    (text,) = pages(certificate(report, None))
+    (text,) = pages(certificate(BalancedReport.read(report), None))
     assert "Balancing certificate" in text
     assert ("certificate, predicted" in text) == (cuts > 0)
     assert ("Measured on the balancing machine, reading of stage 2" in text) == (cuts == 0)
@@ -81,7 +82,7 @@ def test_a_certificate_has_the_mass_of_the_finished_crank_and_counts_pads_apart(
         "corrections": [],
         "earlier_corrections": [pad, second],
     }
-    (text,) = pages(certificate(report | now, None))
+    (text,) = pages(certificate(BalancedReport.read(report | now), None))
     mass_g = report["crank"]["mass_g"]
     before = mass_g - 200.0 + second["removed_mass_g"]
     assert f"Crank mass {mass_g:.2f} g, before correction {before:.2f} g" in text
@@ -92,7 +93,7 @@ def test_a_certificate_has_the_mass_of_the_finished_crank_and_counts_pads_apart(
     assert "read heavy at uncertain by permitted" in text  # the reading once, not as before and after
     (row,) = [line.split() for line in lines_of(report | now) if line.startswith("Resultant")]
     assert row.count(left) == 1
-    (first_stage,) = pages(certificate(report | {"corrections": [pad, second]}, None))
+    (first_stage,) = pages(certificate(BalancedReport.read(report | {"corrections": [pad, second]}), None))
     after = mass_g + 200.0 - second["removed_mass_g"]
     assert f"Crank mass {after:.2f} g, before correction {mass_g:.2f} g" in first_stage
 
@@ -100,7 +101,7 @@ def test_a_certificate_has_the_mass_of_the_finished_crank_and_counts_pads_apart(
 def test_above_tolerance_the_sheet_is_one_page_that_says_what_to_do() -> None:
     reason = "the residual of plane A is 9.00 g·mm; limited by the wall of 4.5 mm; add 70.0 g·mm of metal"
     report = plans.plan(4) | {"outcome": "above_tolerance", "reason": reason, "relaxations": []}
-    (text,) = pages(pdf(report, None))
+    (text,) = pages(pdf(BalancedReport.read(report), None))
     assert "Do not machine it yet" in text
     for clause in reason.split("; "):
         assert clause in text
@@ -110,7 +111,7 @@ def test_above_tolerance_the_sheet_is_one_page_that_says_what_to_do() -> None:
 
 def test_above_tolerance_no_certificate_is_given() -> None:
     report = plans.plan(1) | {"outcome": "above_tolerance"}
-    (text,) = pages(certificate(report, None))
+    (text,) = pages(certificate(BalancedReport.read(report), None))
     assert "Balancing record" in text
     assert "certificate" not in text.lower()
     assert "Above tolerance" in text
@@ -119,11 +120,13 @@ def test_above_tolerance_no_certificate_is_given() -> None:
 def test_the_make_up_of_a_bob_weight_adds_up_to_it() -> None:
     report = headed(1)
     report["job"]["shop"]["washers_g"] = [1.0, 2.0, 5.0, 10.0, 50.0]
-    total = sum(count * grams * share for _, _, count, grams, share in make_up(report, 1))
+    total = sum(
+        count * grams * share for _, _, count, grams, share in make_up(BalancedReport.read(report), 1)
+    )
     (bob,) = report["engine"]["bob_weights"]
     assert total == pytest.approx(bob["mass_g"], rel=1e-12)
-    (text,) = pages(bob_card(report))
-    for name, _, _, grams, _ in make_up(report, 1):
+    (text,) = pages(bob_card(BalancedReport.read(report)))
+    for name, _, _, grams, _ in make_up(BalancedReport.read(report), 1):
         assert name in text
         assert f"{grams:.2f}" in text
     assert f"{bob['mass_g']:.2f}" in text
@@ -150,7 +153,7 @@ def test_stacks_are_as_near_as_any_other(seed: int) -> None:
 def test_the_hole_list_has_every_number_of_the_report() -> None:
     report = plans.plan(24, seed=4)
     report["crank"]["datums"] = datums(30.0, 90.0)
-    rows = list(csv.DictReader(io.StringIO(hole_list(report).decode())))
+    rows = list(csv.DictReader(io.StringIO(hole_list(BalancedReport.read(report)).decode())))
     assert [int(row["number"]) for row in rows] == [item["number"] for item in report["corrections"]]
     for row, item in zip(rows, report["corrections"], strict=True):
         assert row["kind"] == item["kind"]
@@ -166,7 +169,7 @@ def test_the_hole_list_has_every_number_of_the_report() -> None:
                 (item["angle_deg"] - 100.25) % 360.0, abs=1e-4
             )
         assert (row["setup"] in {"T", "B", "R", "L"}) == (row["side"] != "" or item["kind"] == "turn")
-    inches = list(csv.DictReader(io.StringIO(hole_list(report, "inch").decode())))
+    inches = list(csv.DictReader(io.StringIO(hole_list(BalancedReport.read(report), "inch").decode())))
     assert float(inches[0]["depth_in"]) == pytest.approx(float(rows[0]["depth_mm"]) / 25.4, abs=1e-5)
 
 

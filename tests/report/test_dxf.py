@@ -13,6 +13,7 @@ import pytest
 from ezdxf.document import Drawing
 
 from autobalance.paper.dxf import LAYERS, dxf
+from autobalance.report.records.balanced import BalancedReport
 from autobalance.solid.csg.region import Region
 from tests import plans
 
@@ -27,7 +28,7 @@ def query(where: Any, what: str) -> list[Any]:
 def made() -> tuple[dict[str, Any], Any, bytes]:
     report = plans.plan(30, seed=4)
     drawings = plans.drawings_of(report)
-    return report, drawings, dxf(report, drawings)
+    return report, drawings, dxf(BalancedReport.read(report), drawings)
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +40,7 @@ def test_it_is_a_sound_file_of_2013_in_millimetres(made: Any, document: Drawing)
     assert not document.audit().errors
     assert (document.dxfversion, document.header["$INSUNITS"]) == ("AC1027", 4)
     assert set(LAYERS) <= {layer.dxf.name for layer in document.layers}
-    assert made[2] == dxf(made[0], made[1])
+    assert made[2] == dxf(BalancedReport.read(made[0]), made[1])
 
 
 def test_each_block_is_inserted_once_at_scale_1_unturned(made: Any, document: Drawing) -> None:

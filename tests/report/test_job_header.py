@@ -15,6 +15,7 @@ import autobalance as ab
 from autobalance.paper.sheet import pdf
 from autobalance.paper.workbook import xlsx
 from autobalance.report.page.html import history_page, page
+from autobalance.report.records.balanced import BalancedReport
 from tests import jobs, plans
 
 WORK = {
@@ -42,7 +43,7 @@ def headed(count: int, logo: Path | None = None) -> dict[str, Any]:
 
 def test_shop_and_job_stand_on_every_page_of_the_sheet(logo: Path) -> None:
     report = headed(20, logo)
-    pages = PdfReader(io.BytesIO(pdf(report, plans.drawings_of(report)))).pages
+    pages = PdfReader(io.BytesIO(pdf(BalancedReport.read(report), plans.drawings_of(report)))).pages
     assert len(pages) > 2
     for each in pages:
         text = each.extract_text()
@@ -54,13 +55,13 @@ def test_shop_and_job_stand_on_every_page_of_the_sheet(logo: Path) -> None:
 
 
 def test_a_sheet_without_a_header_has_no_line_for_it() -> None:
-    text = PdfReader(io.BytesIO(pdf(plans.plan(2), None))).pages[0].extract_text()
+    text = PdfReader(io.BytesIO(pdf(BalancedReport.read(plans.plan(2)), None))).pages[0].extract_text()
     assert "CUSTOMER" not in text
 
 
 def test_the_serial_of_a_reading_goes_before_that_of_the_job() -> None:
-    report = headed(1) | {"serial": "C-0999", "stages": [{"stage": 2}]}
-    text = PdfReader(io.BytesIO(pdf(report, None))).pages[0].extract_text()
+    report = headed(1) | {"serial": "C-0999", "stages": [{"stage": 2, "reading": None}]}
+    text = PdfReader(io.BytesIO(pdf(BalancedReport.read(report), None))).pages[0].extract_text()
     assert "serial C-0999" in text
     assert "C-0417" not in text
     assert "stage 2" in text
@@ -70,7 +71,9 @@ def test_a_further_stage_carries_the_reading_that_it_answers() -> None:
     report = headed(1)
     reading = dict(report["initial"], magnitude_g_mm=35.25)
     report |= {"stages": [{"stage": 2, "reading": reading}]}
-    text = " ".join(PdfReader(io.BytesIO(pdf(report, None))).pages[0].extract_text().split())
+    text = " ".join(
+        PdfReader(io.BytesIO(pdf(BalancedReport.read(report), None))).pages[0].extract_text().split()
+    )
     assert "Stage 2, answers the reading: 35.25 g·mm at 180.0°, plane A" in text
 
 
@@ -84,12 +87,14 @@ def test_the_history_draws_every_stage_and_plane() -> None:
     }  # fmt: skip
     bobs = [883.0, 883.0, 421.5]
     second = stage | {"stage": 2, "reading": report["initial"], "bob_weights_g": bobs}
-    text = history_page({**report, "stages": [stage, second]})
+    text = history_page(BalancedReport.read({**report, "stages": [stage, second]}))
     assert text.count("<svg") == 1 + len(report["tolerance"]["planes"])
     assert "2 × 883.00 g</span>, <span" in text
     for name in ("1 left", "2 read", "2 left"):
         assert text.count(f">{name}</text>") == 1 + len(report["tolerance"]["planes"])
-    inch = history_page({**report, "stages": [stage, second]}, ["2026-03-04", "2026-03-05"], "inch")
+    inch = history_page(
+        BalancedReport.read({**report, "stages": [stage, second]}), ["2026-03-04", "2026-03-05"], "inch"
+    )
     for day in ("2026-03-04", "2026-03-05"):
         assert inch.count(f"<td>{day}</td>") == 1
         assert inch.count(f": {day}") == 1 + len(report["tolerance"]["planes"])  # at each polar
@@ -99,14 +104,14 @@ def test_the_history_draws_every_stage_and_plane() -> None:
 
 def test_page_history_and_workbook_have_them(logo: Path) -> None:
     report = headed(1, logo) | {"outputs": {}}
-    shown = page(report, plans.crank().mesh)
-    history = history_page({**report, "stages": []})
+    shown = page(BalancedReport.read(report), plans.crank().mesh)
+    history = history_page(BalancedReport.read({**report, "stages": []}))
     for text in (shown, history):
         assert "Turner &amp; Daughters" in text
         assert 'src="data:image/png;base64,' in text
         for value in WORK.values():
             assert value.replace("&", "&amp;") in text
-    sheets = zipfile.ZipFile(io.BytesIO(xlsx(report)))
+    sheets = zipfile.ZipFile(io.BytesIO(xlsx(BalancedReport.read(report))))
     for name in ("xl/worksheets/sheet1.xml", "xl/worksheets/sheet2.xml"):
         text = sheets.read(name).decode()
         assert "Turner &amp;&amp; Daughters" in text

@@ -19,6 +19,9 @@ from autobalance.report.balance.kinds import angle_deg
 from autobalance.report.metal import Piece, pieces_of
 from autobalance.report.page.html import page
 from autobalance.report.page.view import Shown, coarse_pieces
+from autobalance.report.records.balance import Plane
+from autobalance.report.records.balanced import BalancedReport
+from autobalance.rigid_rotor.tolerance import TolerancePlane
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import Shared
 from autobalance.solid.csg.solid import Solid
@@ -153,11 +156,11 @@ def test_with_many_cuts_the_view_turns_to_the_chosen_one_and_labels_give_way(
 ) -> None:
     many, crank = plans.plan(80, ("drill", "mill", "slug"), seed=2), plans.crank()
     many["outputs"] = {"solid": None}
-    metal = listed_metal(many, crank)
+    metal = listed_metal(BalancedReport.read(many), crank)
     pieces = []
     for k, item in enumerate(many["corrections"]):
         pieces.append(Piece.of(Shared(metal[item["number"]], small=-1), k, adds=False))
-    (tmp_path / "many.html").write_text(page(many, crank.mesh, pieces), encoding="utf-8")
+    (tmp_path / "many.html").write_text(page(BalancedReport.read(many), crank.mesh, pieces), encoding="utf-8")
     for width in (1280, 390):
         window.resize(width, 900)
         window.open(tmp_path / "many.html")
@@ -199,8 +202,8 @@ def a_box() -> Solid:
 
 
 def test_names_are_escaped_everywhere(report: dict[str, Any]) -> None:
-    clean = page(report, a_box().mesh)
-    dirty = page(hostile(report), a_box().mesh)
+    clean = page(BalancedReport.read(report), a_box().mesh)
+    dirty = page(BalancedReport.read(hostile(report)), a_box().mesh)
     assert dirty.count("<script") == clean.count("<script")
     assert dirty.count("</script") == clean.count("</script")
     assert "&lt;script&gt;alert(1)" in dirty
@@ -211,7 +214,9 @@ def test_names_are_escaped_everywhere(report: dict[str, Any]) -> None:
 def test_a_part_called_script_shows_as_text(
     window: Browser, report: dict[str, Any], tmp_path: Path, written: Path
 ) -> None:
-    (tmp_path / "page.html").write_text(page(hostile(report), a_box().mesh), encoding="utf-8")
+    (tmp_path / "page.html").write_text(
+        page(BalancedReport.read(hostile(report)), a_box().mesh), encoding="utf-8"
+    )
     window.open(tmp_path / "page.html")
     assert HOSTILE in window.run("return document.body.innerText")
     assert window.run(READY)
@@ -236,16 +241,16 @@ def test_the_still_picture_is_a_png_of_the_promised_size(written: Path) -> None:
 
 
 def test_forces_stand_on_the_page_where_the_report_has_them(report: dict[str, Any]) -> None:
-    text = page(report, a_box().mesh)
+    text = page(BalancedReport.read(report), a_box().mesh)
     before, after = (report["forces"][key]["orders"][0] for key in ("before", "after"))
     for key in ("force_x_n", "force_y_n"):
         for state, value in (("before", before[key]), ("after", after[key])):
             assert f'data-path="forces.{state}.orders.0.{key}" data-digits="1">{number(value, 1)}<' in text
-    assert "h-forces" not in page({**report, "forces": None}, a_box().mesh)
+    assert "h-forces" not in page(BalancedReport.read({**report, "forces": None}), a_box().mesh)
 
 
 def test_orders_that_are_zero_have_no_row(report: dict[str, Any]) -> None:
-    text = page(report, a_box().mesh)
+    text = page(BalancedReport.read(report), a_box().mesh)
     for k, order in enumerate(report["forces"]["before"]["orders"]):
         for key, value in order.items():
             largest = max(abs(value or 0.0), abs(report["forces"]["after"]["orders"][k][key] or 0.0))
@@ -255,7 +260,7 @@ def test_orders_that_are_zero_have_no_row(report: dict[str, Any]) -> None:
 
 
 def test_notes_stand_under_the_cuts(report: dict[str, Any]) -> None:
-    text = page({**report, "notes": ["no drill of 14 mm is used"]}, a_box().mesh)
+    text = page(BalancedReport.read({**report, "notes": ["no drill of 14 mm is used"]}), a_box().mesh)
     assert text.index('class="list"') < text.index("no drill of 14 mm is used")
 
 
@@ -265,15 +270,15 @@ def test_a_fine_view_is_decimated_and_says_so_numbers_never(report: dict[str, An
     one = {**report, "corrections": report["corrections"][:1]}
     slice_off = Solid.box(np.array([-50.0, -50.0, 8.0]), np.array([50.0, 50.0, 12.0]))
     left = ring - slice_off
-    shown = Shown.of(one, ring, left, [slice_off], most=5000)
+    shown = Shown.of(BalancedReport.read(one), ring, left, [slice_off], most=5000)
     assert 500 < len(shown.body.triangles) <= 5000
     assert shown.note is not None
     assert f"{len(left.mesh.triangles):,}".replace(",", "\u202f") in shown.note
     np.testing.assert_allclose(shown.body.bounds, left.bounds, atol=0.5)  # still the same shape, cut
     (piece,) = shown.pieces
     assert piece.mesh.bounds[0, 2] == pytest.approx(8.0)
-    assert shown.note in page(report, shown.body, shown.pieces, view_note=shown.note)
-    as_it_is = Shown.of(one, ring, left, [slice_off])
+    assert shown.note in page(BalancedReport.read(report), shown.body, shown.pieces, view_note=shown.note)
+    as_it_is = Shown.of(BalancedReport.read(one), ring, left, [slice_off])
     assert (as_it_is.body, as_it_is.note) == (left.mesh, None)
 
 
@@ -281,11 +286,11 @@ def test_fine_removed_metal_is_decimated_for_the_page(report: dict[str, Any]) ->
     disc = Solid.prism(Region.circle(40.0, 4000), 0.0, 10.0)
     tool = Solid.prism(Region.circle(41.0, 4000), 8.0, 11.0)
     one = {**report, "corrections": report["corrections"][:1]}
-    fine = pieces_of(one, disc, [tool])
+    fine = pieces_of(BalancedReport.read(one), disc, [tool])
     count = len(fine[0].mesh.triangles)
     size = disc.mesh.diagonal_mm
-    assert coarse_pieces(one, fine, size, count) is fine
-    coarse = coarse_pieces(one, fine, size, count // 4)
+    assert coarse_pieces(BalancedReport.read(one), fine, size, count) is fine
+    coarse = coarse_pieces(BalancedReport.read(one), fine, size, count // 4)
     assert 0 < len(coarse[0].mesh.triangles) <= count // 4
     assert coarse[0].correction == 0
     np.testing.assert_allclose(np.ptp(coarse[0].mesh.vertices, axis=0), [80.0, 80.0, 2.0], rtol=1e-3)
@@ -296,10 +301,10 @@ def test_the_page_counts_its_angles_from_the_sheets_zero(report: dict[str, Any])
     """It had 136.5° for a hole of which sheet, list and terminal said 46.5° from the keyway."""
     keyed = copy.deepcopy(report)
     keyed["crank"]["datums"]["angle"] = {"of": "keyway", "angle_deg": 100.25}
-    plain, turned = page(report, a_box().mesh, []), page(keyed, a_box().mesh, [])
+    plain, turned = (page(BalancedReport.read(each), a_box().mesh, []) for each in (report, keyed))
     assert "from crankpin 1, seen from +z" in plain
     assert "from keyway K, seen from +z" in turned
-    for cut in report["corrections"]:
+    for cut in BalancedReport.read(report).corrections:
         angle = angle_deg(cut)
         assert angle is not None
         assert f", {angle:.1f}°" in plain
@@ -316,10 +321,11 @@ def test_the_page_counts_its_angles_from_the_sheets_zero(report: dict[str, Any])
 def test_a_polar_plot_points_to_the_heavy_side() -> None:
     from autobalance.report.pictures.polar import MIDDLE, PERMITTED, RIM, Vector, drawn, figure
 
-    def state(x: float, y: float, off: float | None = None) -> dict[str, Any]:
-        return {"unbalance_g_mm": [x, y], "magnitude_g_mm": math.hypot(x, y), "uncertainty_g_mm": off}
+    def state(x: float, y: float, off: float | None = None) -> Plane:
+        size = math.hypot(x, y)
+        return Plane(name="A", unbalance_g_mm=[x, y], magnitude_g_mm=size, uncertainty_g_mm=off)
 
-    made = figure("Resultant", state(0.0, 10.0), state(1.0, 0.0, 0.4), {"permissible_g_mm": 4.0})
+    made = figure("Resultant", state(0.0, 10.0), state(1.0, 0.0, 0.4), TolerancePlane("A", 0.0, 4.0))
     # 90° is left: crankpin 1 is up, counter-clockwise; what does not fit ends at the rim, with a break mark
     assert f'class="p-before" d="M100 100L{MIDDLE - RIM:.2f} {MIDDLE:.2f}M' in made
     # 0° is up, at a quarter of the permitted circle, which has one size; its uncertainty is a circle about it
@@ -329,7 +335,7 @@ def test_a_polar_plot_points_to_the_heavy_side() -> None:
         in made
     )
     assert "before 10.00 at 90.0°" in made
-    nothing = figure("Resultant", state(0.0, 10.0), state(1e-9, 0.0), {"permissible_g_mm": 4.0})
+    nothing = figure("Resultant", state(0.0, 10.0), state(1e-9, 0.0), TolerancePlane("A", 0.0, 4.0))
     assert "<dt>after</dt><dd>0.00</dd>" in nothing
     turned = drawn(4.0, [Vector((0.0, 4.0), "read")], 90.0, "K", (0.0, 2.0))
     assert f'cx="{MIDDLE:.2f}" cy="{MIDDLE - PERMITTED:.2f}" r="4.5"' in turned  # the zero is up
@@ -338,6 +344,6 @@ def test_a_polar_plot_points_to_the_heavy_side() -> None:
 
 
 def test_notes_stand_on_the_page_as_text(report: dict[str, Any]) -> None:
-    text = page({**report, "notes": ["slug: no place", "<b>"]}, a_box().mesh)
+    text = page(BalancedReport.read({**report, "notes": ["slug: no place", "<b>"]}), a_box().mesh)
     assert '<ul class="notes"><li>slug: no place</li><li>&lt;b&gt;</li></ul>' in text
-    assert 'class="notes"' not in page({**report, "notes": []}, a_box().mesh)
+    assert 'class="notes"' not in page(BalancedReport.read({**report, "notes": []}), a_box().mesh)

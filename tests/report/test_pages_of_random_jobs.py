@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from autobalance.paper.sheet import pdf
+from autobalance.report.records.balanced import BalancedReport
 from tests import pages, plans
 from tests.report.test_job_header import headed
 from tests.report.test_paper import datums
@@ -31,7 +32,7 @@ def test_pages_are_filled_and_no_text_lies_over_another(seed: int, tmp_path: Pat
     paper: Any = rng.choice(["A4", "Letter"])
     units: Any = rng.choice(["metric", "inch"])
     path = tmp_path / "sheet.pdf"
-    path.write_bytes(pdf(report, plans.drawings_of(report), str(paper), str(units)))  # type: ignore[arg-type]
+    path.write_bytes(pdf(BalancedReport.read(report), plans.drawings_of(report), str(paper), str(units)))  # type: ignore[arg-type]
     assert pages.faults(path) == []
 
 

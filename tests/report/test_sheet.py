@@ -17,6 +17,7 @@ from autobalance.paper.pen import POINT_SPACING_MM
 from autobalance.paper.pen import thinned as _thinned
 from autobalance.paper.sheet import pdf
 from autobalance.report.display_units import ON_PAPER
+from autobalance.report.records.balanced import BalancedReport
 from tests import jobs
 
 needs_poppler = pytest.mark.skipif(
@@ -74,7 +75,7 @@ def test_every_depth_diameter_angle_and_weight_stands_on_the_sheet(drilled: Path
 @needs_poppler
 def test_inches_and_ounces(drilled: Path, tmp_path: Path) -> None:
     report = jobs.report_of(drilled)
-    text = words(pdf(report, None, "Letter", "inch"), tmp_path)
+    text = words(pdf(BalancedReport.read(report), None, "Letter", "inch"), tmp_path)
     item = report["corrections"][0]
     assert f"{item['depth_mm'] / 25.4:.4f}" in text
     assert re.search(rf"Drilled hole.* {item['diameter_mm'] / 25.4:.3f} ", text)  # 12 mm: 0.472 in
@@ -98,7 +99,7 @@ def test_a_web_is_drawn_in_true_scale(drilled: Path, tmp_path: Path) -> None:
     square = np.array([[-40.0, -40.0], [40.0, -40.0], [40.0, 40.0], [-40.0, 40.0]])
     number = report["crank"]["webs"][0]["number"]
     alone = {**report, "corrections": []}
-    data = pdf(alone, Drawings((WebDrawing(number, [square]),), []))
+    data = pdf(BalancedReport.read(alone), Drawings((WebDrawing(number, [square]),), []))
     (tmp_path / "s.pdf").write_bytes(data)
     dpi = 254  # ten pixels a millimetre
     subprocess.run(
@@ -142,9 +143,9 @@ def ppm(path: Path) -> Any:
 
 def test_the_same_report_gives_the_same_bytes_and_odd_names_do_no_harm(drilled: Path) -> None:
     report = jobs.report_of(drilled)
-    assert pdf(report, None) == pdf(report, None)
+    assert pdf(BalancedReport.read(report), None) == pdf(BalancedReport.read(report), None)
     odd = {**report, "input": {**report["input"], "file": "曲轴 (1) \\ ö.stl"}}
-    assert pdf(odd, None).startswith(b"%PDF")
+    assert pdf(BalancedReport.read(odd), None).startswith(b"%PDF")
 
 
 @needs_poppler
@@ -152,17 +153,17 @@ def test_greek_and_cyrillic_names_can_be_read(drilled: Path, tmp_path: Path) -> 
     report = jobs.report_of(drilled)
     unmet = {"outcome": "above_tolerance", "reason": "Στρόφαλος: снять больше"}
     odd = {**report, **unmet, "input": {**report["input"], "file": "Коленвал_β.stl"}}
-    data = pdf(odd, None)
-    assert data == pdf(odd, None)
+    data = pdf(BalancedReport.read(odd), None)
+    assert data == pdf(BalancedReport.read(odd), None)
     text = words(data, tmp_path)
     assert "Коленвал_β.stl" in text
     assert unmet["reason"] in text
     assert "?" not in text
-    plain = pdf(report, None)
+    plain = pdf(BalancedReport.read(report), None)
     assert b"DejaVu" in data
     assert b"DejaVu" not in plain
     beyond = {**report, "input": {**report["input"], "file": "曲轴\n.stl"}}
-    assert "???.stl" in words(pdf(beyond, None), tmp_path)
+    assert "???.stl" in words(pdf(BalancedReport.read(beyond), None), tmp_path)
 
 
 @needs_poppler

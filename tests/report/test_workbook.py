@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 import pytest
 
 from autobalance.paper.workbook import xlsx
+from autobalance.report.records.balanced import BalancedReport
 from tests import jobs
 
 needs_office = pytest.mark.skipif(
@@ -77,7 +78,7 @@ def recalculated(path: Path, folder: Path) -> dict[str, list[float | str]]:
 
 
 def test_cached_values_are_the_reports(report: dict[str, Any], tmp_path: Path) -> None:
-    (tmp_path / "b.xlsx").write_bytes(xlsx(report))
+    (tmp_path / "b.xlsx").write_bytes(xlsx(BalancedReport.read(report)))
     found = lines(tmp_path / "b.xlsx")
     assert found["m_rot"] == [pytest.approx(134.04)]
     assert found["m_rec"] == [pytest.approx(261.5)]
@@ -104,7 +105,7 @@ def test_cached_values_are_the_reports(report: dict[str, Any], tmp_path: Path) -
 def test_another_program_finds_the_same_and_follows_a_changed_weight(
     report: dict[str, Any], tmp_path: Path
 ) -> None:
-    (tmp_path / "b.xlsx").write_bytes(xlsx(report))
+    (tmp_path / "b.xlsx").write_bytes(xlsx(BalancedReport.read(report)))
     written = lines(tmp_path / "b.xlsx")
     again = recalculated(tmp_path / "b.xlsx", tmp_path / "same")
     for label, values in written.items():
@@ -149,7 +150,7 @@ def test_a_name_that_looks_like_a_formula_stays_text(report: dict[str, Any], tmp
         **report,
         "job": {**report["job"], "engine": {**report["job"]["engine"], "rotating_g": {"=1+1": 134.04}}},
     }
-    (tmp_path / "b.xlsx").write_bytes(xlsx(changed))
+    (tmp_path / "b.xlsx").write_bytes(xlsx(BalancedReport.read(changed)))
     assert lines(tmp_path / "b.xlsx")["=1+1"] == [134.04]
 
 

@@ -19,10 +19,12 @@ from autobalance.correction.contract import Limits
 from autobalance.correction.holes.drills import DrillLimits
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.correction.turn import TurnLimits
+from autobalance.declare import decoded
 from autobalance.errors import FileError, JobError
 from autobalance.job.tables import job_schema
 from autobalance.report.balance.zero import FROM_CRANKPIN, cut_rows
 from autobalance.report.display_units import ON_SCREEN
+from autobalance.report.records.balanced import Cut
 
 Raw = dict[str, Any]
 Edit = Callable[[Raw], None]
@@ -517,7 +519,9 @@ def test_the_summary_takes_one_angle_for_a_sector() -> None:
         "radius_mm": 50.0,
         "position_mm": [50.0, 0.0, 1.0],
     }
-    row = cut_rows("Cuts to make", [cut], ON_SCREEN["metric"], FROM_CRANKPIN).splitlines()[1]
+    row = cut_rows(
+        "Cuts to make", [decoded(Cut, cut, partly=True)], ON_SCREEN["metric"], FROM_CRANKPIN
+    ).splitlines()[1]
     assert row.split()[:6] == ["1.", "turn", "2", "–", "3", "mm"]
 
 

@@ -25,6 +25,7 @@ from autobalance.errors import JobError
 from autobalance.paper.svg_pen import section_drawings, web_drawings
 from autobalance.report.balance.datums import with_design_radii
 from autobalance.report.balance.zero import Zero
+from autobalance.report.records.balanced import BalancedReport
 from tests import jobs
 from tests.web_app import small
 
@@ -220,9 +221,10 @@ def test_each_hole_stands_on_the_wheel_of_its_web_at_the_angle_of_the_table() ->
     """Crankpin 1 is up, the wheel counts from the keyway: as the sheet draws and says it."""
     _, result = on_small("drill")
     material = _material(result)
-    report = copy.deepcopy(dict(with_design_radii(material.report)))
-    report["crank"]["datums"]["angle"] = {"of": "keyway", "angle_deg": 100.25}
-    made, zero = {str(each["number"]): each for each in report["corrections"]}, Zero.of(report)
+    values = copy.deepcopy(dict(material.report))
+    values["crank"]["datums"]["angle"] = {"of": "keyway", "angle_deg": 100.25}
+    report = with_design_radii(BalancedReport.read(values))
+    made, zero = {str(each.number): each for each in report.corrections}, Zero.of(report)
     seen = []
     for web in web_drawings(report, material.drawings, "metric"):
         circles = re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)" r="([\d.]+)"', web.svg)
@@ -245,7 +247,7 @@ def test_each_hole_stands_on_the_wheel_of_its_web_at_the_angle_of_the_table() ->
         marks = [(x, y) for x, y, r in circles if r == "0.450"]
         for label, mark in zip(web.labels, marks, strict=True):
             for number in label.split(", "):  # alike in two webs
-                told = zero.ccw(made[number]["angle_deg"])
+                told = zero.ccw(made[number].angle_deg)
                 assert (angle(*mark) - wanted) % 360.0 == pytest.approx(told, abs=0.1)
                 seen.append(number)
     assert sorted(seen) == sorted(made)
@@ -255,7 +257,7 @@ def test_sections_are_those_of_the_sheet_in_their_scale() -> None:
     """The whole crank first: as long and as high on the page as its section is, each cut hatched once."""
     _, result = on_small("drill")
     material = _material(result)
-    report = with_design_radii(material.report)
+    report = with_design_radii(BalancedReport.read(material.report))
     whole, *through = section_drawings(report, material.drawings, "metric")
     assert {each.kind for each in (whole, *through)} == {"section"}
     assert [each.title.partition(",")[0] for each in through] == [

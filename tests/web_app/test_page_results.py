@@ -11,6 +11,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.report.balance.datums import with_design_radii
+from autobalance.report.records.balanced import BalancedReport
 from tests.report.browser import Browser
 from tests.web_app import small
 from tests.web_app.page import BROWSER, at, job_text, latest, load, numbers, predicted, put, text_of, until
@@ -230,7 +231,7 @@ def test_numbers_of_a_cut_are_typed_as_its_slider_moves_it(
 
 
 def test_the_list_of_cuts_says_where_and_turns_the_view_to_each(page: Browser, project: Served) -> None:
-    made = with_design_radii(latest(project, "balance")["report"])["corrections"]
+    made = with_design_radii(BalancedReport.read(latest(project, "balance")["report"])).corrections
     where = (
         "const row = document.querySelectorAll('#cuts tr.turns')[arguments[0]];"
         "row.cells[0].firstChild.click();"
@@ -241,15 +242,15 @@ def test_the_list_of_cuts_says_where_and_turns_the_view_to_each(page: Browser, p
     )
     for place, cut in enumerate(made):
         cells, away, selected = page.run(where, place)
-        assert cells[0] == str(cut["number"])
-        where_it_is = f"Drilled hole⌀{cut['diameter_mm']:.2f}, z {cut['z_mm']:.2f}"
+        assert cells[0] == str(cut.number)
+        where_it_is = f"Drilled hole⌀{cut.only_hole.diameter_mm:.2f}, z {cut.z_mm:.2f}"
         assert cells[1].partition("✓")[0] == where_it_is.replace(
             "-", "\u2212"
         )  # with its tick, once it is cut
-        assert cells[2] == f"{cut['angle_deg']:.1f}° P1↺"
-        assert float(cells[3]) == pytest.approx(cut["entry_radius_mm"], abs=0.00501)
-        assert cells[4].startswith(f"{cut['depth_mm']:.3f}")
-        assert -sum(a * b for a, b in zip(away, cut["inward"], strict=True)) > 0.8
+        assert cells[2] == f"{cut.angle_deg:.1f}° P1↺"
+        assert float(cells[3]) == pytest.approx(cut.shown_radius_mm, abs=0.00501)
+        assert cells[4].startswith(f"{cut.depth_mm:.3f}")
+        assert -sum(a * b for a, b in zip(away, cut.only_hole.inward, strict=True)) > 0.8
         assert selected == "true"
 
 

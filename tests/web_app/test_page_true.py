@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from autobalance.report.balance.datums import with_design_radii
+from autobalance.report.records.balanced import BalancedReport
 from tests.report.browser import Browser
 from tests.web_app import small
 from tests.web_app.page import (
@@ -203,9 +204,9 @@ def test_a_hole_has_one_angle_and_its_entry_radius(page: Browser, project: Serve
         ".map(row => [...row.cells].map(each => each.textContent))"
     )
     listed = project.ask(f"/api/runs/{latest(project, 'balance')['id']}/papers/holes.csv").body.decode()
-    for cut, row in zip(with_design_radii(report)["corrections"], rows, strict=True):
-        assert row[2] == f"{(cut['angle_deg'] - zero) % 360:.1f}° P1↺"
-        assert float(row[3]) == pytest.approx(cut["entry_radius_mm"], abs=0.00501)
+    for cut, row in zip(with_design_radii(BalancedReport.read(report)).corrections, rows, strict=True):
+        assert row[2] == f"{(cut.angle_deg - zero) % 360:.1f}° P1↺"
+        assert float(row[3]) == pytest.approx(cut.shown_radius_mm, abs=0.00501)
         assert f"{float(row[3]):.2f}" in listed
     assert "crankpin 1" in text_of(page, "zero")
 

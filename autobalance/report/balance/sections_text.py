@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 from autobalance.balancing.scan_calibration import Calibration
 from autobalance.crank.against import Against
@@ -14,7 +13,13 @@ from autobalance.declare import ABSENT, Floats, present
 from autobalance.report.display_units import ON_SCREEN, DisplayUnits, fixed
 from autobalance.report.records.crank import Crank, Journal
 from autobalance.report.records.sections import SectionTable, SectionTableRow, SectionTableSums
-from autobalance.report.records.stage import Suggestion, Suggestions, SuggestionState, SuggestionWanted
+from autobalance.report.records.stage import (
+    AssemblyStage,
+    Suggestion,
+    Suggestions,
+    SuggestionState,
+    SuggestionWanted,
+)
 from autobalance.report.tables import table
 from autobalance.rigid_rotor.staged_assembly import CRANK
 from autobalance.units import G_MM2_PER_KG_MM2, G_PER_MM3_PER_KG_M3
@@ -163,22 +168,22 @@ def against_text(against: Against | None, mass_g: float, units: DisplayUnits) ->
 # The stages of an assembly as lines to read.
 
 
-def assembly_text(stages: Sequence[Mapping[str, Any]], units: DisplayUnits) -> str:
+def assembly_text(stages: Sequence[AssemblyStage], units: DisplayUnits) -> str:
     rows: list[Sequence[str]] = [("Assembly", "mass so far", "sum", "at", "permitted", "", "take out")]
     for each in stages:
-        shaft = "" if each["shaft"] == CRANK else f" ({each['shaft']})"
+        shaft = "" if each.shaft == CRANK else f" ({each.shaft})"
         corrections = ", ".join(
-            f"{units.of_unbalance(cut['g_mm'])} at {cut['angle_deg']:.1f}°, z {units.of_length(cut['z_mm'])}"
-            for cut in each["corrections"]
+            f"{units.of_unbalance(cut.g_mm)} at {cut.angle_deg:.1f}°, z {units.of_length(cut.z_mm)}"
+            for cut in each.corrections
         )
         rows.append(
             (
-                f"  {each['stage']}. {each['name']}{shaft}",
-                units.of_mass(each["mass_g"]),
-                units.of_unbalance(each["sum"]["magnitude_g_mm"]),
-                units.heavy_at(each["sum"]["magnitude_g_mm"], each["sum"]["angle_deg"]),
-                units.of_unbalance(each["permissible_g_mm"]),
-                "within" if each["within"] else "ABOVE",
+                f"  {each.stage}. {each.name}{shaft}",
+                units.of_mass(each.mass_g),
+                units.of_unbalance(each.sum.magnitude_g_mm),
+                units.heavy_at(each.sum.magnitude_g_mm, each.sum.angle_deg),
+                units.of_unbalance(each.permissible_g_mm),
+                "within" if each.within else "ABOVE",
                 corrections,
             )
         )

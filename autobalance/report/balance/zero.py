@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 from autobalance.correction.holes import drills
+from autobalance.declare import changed
 from autobalance.report.balance import kinds
 from autobalance.report.balance.datums import angle_datum, with_design_radii
 from autobalance.report.balance.kinds import angle_deg, verb
 from autobalance.report.display_units import DisplayUnits, in_units
+from autobalance.report.records.balanced import BalancedReport, Cut
 from autobalance.report.tables import table
-from autobalance.types import Item, Report, Values
 from autobalance.value_classes import dataclass
 from autobalance.wording import NO_VALUE, degrees
 
@@ -38,14 +39,14 @@ class Zero:
     other_deg: float | None = None
 
     @classmethod
-    def of(cls, report: Report, choice: ZeroChoice = "keyway") -> Zero:
+    def of(cls, report: BalancedReport, choice: ZeroChoice = "keyway") -> Zero:
         """Return the chosen zero; crankpin 1 if there is no keyway."""
         datum = angle_datum(report)
         if datum is None:
             return cls(CRANKPIN, 0.0)
-        if datum["of"] == "keyway" and choice == "keyway":
-            return cls(KEYWAY, float(datum["angle_deg"]), CRANKPIN, 0.0)
-        return cls(CRANKPIN, 0.0, KEYWAY if datum["of"] == "keyway" else HOLE, float(datum["angle_deg"]))
+        if datum.of == "keyway" and choice == "keyway":
+            return cls(KEYWAY, datum.angle_deg, CRANKPIN, 0.0)
+        return cls(CRANKPIN, 0.0, KEYWAY if datum.of == "keyway" else HOLE, datum.angle_deg)
 
     @property
     def sign(self) -> str:
@@ -56,19 +57,18 @@ class Zero:
         """Return an angle from crankpin 1, counter-clockwise from this zero, in [0, 360)."""
         return (angle_deg - self.angle_deg) % 360.0
 
-    def counted(self, item: Item) -> Item:
+    def counted(self, item: Cut) -> Cut:
         """Return a correction with its angles counted from this zero."""
-        shifted: dict[str, Any] = dict(item)
-        angle = kinds.angle_deg(item)
-        if angle is not None:
+        shifted: dict[str, Any] = {}
+        if (angle := angle_deg(item)) is not None:
             shifted["angle_deg"] = self.ccw(angle)
-        for key in ("start_deg", "end_deg"):
-            if item.get(key) is not None:
-                shifted[key] = self.ccw(float(item[key]))
-        if isinstance(item.get("sector_deg"), list | tuple):
-            low, high = map(float, item["sector_deg"])
+        if (ends := item.pocket) is not None:
+            start, end = self.ccw(ends.start_deg), self.ccw(ends.end_deg)
+            shifted["pocket"] = changed(ends, start_deg=start, end_deg=end)
+        if item.sector is not None:
+            low, high = item.sector
             shifted["sector_deg"] = [self.ccw(low), self.ccw(low) + (high - low)]
-        return shifted
+        return changed(item, **shifted)
 
     def words(self, angle_deg: float) -> str:
         """Return an angle from crankpin 1 in both senses from this zero: ``198.3° (161.7°)``."""
@@ -85,60 +85,58 @@ LESS_THAN_A_SIDE_DEG = 179.0
 """Span below which the part of a face is named."""
 
 
-def remarks(report: Values) -> tuple[str, ...]:
+def remarks(report: BalancedReport) -> tuple[str, ...]:
     """Return the lines beneath the cuts: places that they weaken, then notes."""
-    return (*(report.get("weak_places") or ()), *(report.get("notes") or ()))
+    return (*report.weak_places, *report.notes)
 
 
-def corrections_text(report: Values, units: DisplayUnits, zero: Zero) -> str:
+def corrections_text(report: BalancedReport, units: DisplayUnits, zero: Zero) -> str:
     """Return a row for each cut, and remarks below; empty without cuts."""
-    if not report["corrections"]:
+    if not report.corrections:
         return ""
     notes = [f"  {in_units(remark, units)}" for remark in remarks(report)]
     angles = f"  Angles: ccw seen from +z, from {zero.name}. Radius: hole entry, else centre."
-    cuts, pads = kinds.apart(with_design_radii(report)["corrections"])
+    cuts, pads = kinds.apart(with_design_radii(report).corrections)
     tables = [cut_rows("Cuts to make", cuts, units, zero)] if cuts else []
     tables += [cut_rows("Metal to add", pads, units, zero)] if pads else []
     return "\n".join([*tables, angles, *notes])
 
 
-def cut_rows(title: str, corrections: Sequence[Values], units: DisplayUnits, zero: Zero) -> str:
+def cut_rows(title: str, corrections: Sequence[Cut], units: DisplayUnits, zero: Zero) -> str:
     """Return cuts, or pads, as rows: tool and place, angle, depth or height, metal, radius and z."""
-    signs = {each["removed_mass_g"] >= 0.0 for each in corrections}
+    signs = {each.removed_mass_g >= 0.0 for each in corrections}
     metal = "metal" if len(signs) > 1 else "metal off" if signs == {True} else "metal on"
     rows: list[Sequence[str]] = [(title, "web", "angle", kinds.extent(corrections[0]), metal, "radius", "z")]
     rows += [_row(each, units, zero, len(signs) > 1) for each in corrections]
     return table(rows)
 
 
-def _row(correction: Values, units: DisplayUnits, zero: Zero, names_sign: bool) -> tuple[str, ...]:
-    web, angle = correction["web"], angle_deg(correction)
-    size = units.of_size(abs(correction["depth_mm"]))
-    if old_mm := correction.get("deepened_from_mm"):
-        size += f" deeper, to {units.of_size(old_mm + correction['depth_mm'])}"
-    off = "off" if correction["removed_mass_g"] >= 0.0 else "on"
-    radius = correction.get("entry_radius_mm")
+def _row(correction: Cut, units: DisplayUnits, zero: Zero, names_sign: bool) -> tuple[str, ...]:
+    web, angle = correction.web, angle_deg(correction)
+    size = units.of_size(abs(correction.depth_mm))
+    if correction.hole is not None and (old_mm := correction.hole.deepened_from_mm):
+        size += f" deeper, to {units.of_size(old_mm + correction.depth_mm)}"
+    off = "off" if correction.removed_mass_g >= 0.0 else "on"
     return (
-        f"  {correction['number']:>2}. {_what(correction, units, zero)}",
+        f"  {correction.number:>2}. {_what(correction, units, zero)}",
         NO_VALUE if web is None else str(web),
         NO_VALUE if angle is None else degrees(zero.ccw(angle)),
         size,
-        units.of_mass(abs(correction["removed_mass_g"])) + f" {off}" * names_sign,
-        units.of_place(correction["radius_mm"] if radius is None else radius),
-        units.of_place(correction["position_mm"][2]),
+        units.of_mass(abs(correction.removed_mass_g)) + f" {off}" * names_sign,
+        units.of_place(correction.shown_radius_mm),
+        units.of_place(correction.position_mm[2]),
     )
 
 
-def _what(correction: Values, units: DisplayUnits, zero: Zero) -> str:
+def _what(correction: Cut, units: DisplayUnits, zero: Zero) -> str:
     what = verb(correction)
-    if correction.get("diameter_mm") is not None:
-        what += f" ⌀{units.of_size(correction['diameter_mm'])}"
-        drill = drills.called(correction)
+    if correction.diameter_mm is not None:
+        what += f" ⌀{units.of_size(correction.diameter_mm)}"
+        drill = drills.called(correction.item)
         what += f" ({drill})" if drill and drill not in what else ""
-    if correction["face"] is not None:
-        what += f" {correction['face']}"
-    sector = correction.get("sector_deg")
-    start, end = sector if isinstance(sector, list | tuple) else (0.0, 360.0)  # may be one angle
+    if correction.face is not None:
+        what += f" {correction.face}"
+    start, end = correction.sector or (0.0, 360.0)
     if 0.0 < (end - start) % 360.0 < LESS_THAN_A_SIDE_DEG:
         first = round(zero.ccw(start), 1) % 360.0
         what += f" {first:g}-{round(first + (end - start) % 360.0, 1):g}°"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,34 +12,35 @@ from numpy.typing import NDArray
 from autobalance.report.balance import kinds
 from autobalance.report.display_units import PAGE_UNITS, length, unbalance
 from autobalance.report.metal import Piece, pieces_of
+from autobalance.report.records.balanced import BalancedReport, Cut
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh, compacted
-from autobalance.types import Array, Indices, Report
+from autobalance.types import Array, Indices
 from autobalance.value_classes import dataclass
-from autobalance.wording import at, number
+from autobalance.wording import number
 
 # Data of the page's 3D view: meshes packed for the script, labels, planes, vectors.
 
 
-def view_data(report: Report, body: Mesh, pieces: Sequence[Piece]) -> tuple[dict[str, Any], bytes]:
+def view_data(report: BalancedReport, body: Mesh, pieces: Sequence[Piece]) -> tuple[dict[str, Any], bytes]:
     """Return the data of the page's script, and its meshes packed as 16-bit vertices and 32-bit triangles."""
-    frame = np.asarray(report["frame"]["file_to_rotor"], dtype=np.float64)
+    frame = np.asarray(report.frame.file_to_rotor, dtype=np.float64)
     turned = [body.moved(frame)] + [piece.mesh.moved(frame) for piece in pieces]
     points = np.concatenate([mesh.vertices for mesh in turned])
     low = points.min(axis=0)
     step = float((points.max(axis=0) - low).max()) / 65535.0
     pack = _Packer(low, step)
     shape = pack.add(turned[0].vertices, turned[0].triangles)
-    depths = [abs(item["depth_mm"]) for item in report["corrections"]]
+    depths = [abs(item.depth_mm) for item in report.corrections]
     parts = []
     for piece, mesh in zip(pieces, turned[1:], strict=True):
-        item = report["corrections"][piece.correction]
+        item = report.corrections[piece.correction]
         skin = pack.add(mesh.vertices, piece.skin)
         floor = pack.add(mesh.vertices, piece.floor)
         parts.append(
             {
-                "number": item["number"],
-                "shade": _shade(abs(item["depth_mm"]), depths),
+                "number": item.number,
+                "shade": _shade(abs(item.depth_mm), depths),
                 "skin": skin,
                 "floor": floor,
             }
@@ -53,8 +54,8 @@ def view_data(report: Report, body: Mesh, pieces: Sequence[Piece]) -> tuple[dict
         "eye": list(kinds.eye(report)),
         "body": shape,
         "pieces": parts,
-        "corrections": [_label(item, pieces, turned) for item in enumerate(report["corrections"])],
-        "tolerance_planes": [{"name": p["name"], "z_mm": p["z_mm"]} for p in report["tolerance"]["planes"]],
+        "corrections": [_label(item, pieces, turned) for item in enumerate(report.corrections)],
+        "tolerance_planes": [{"name": p.name, "z_mm": p.z_mm} for p in report.tolerance.planes],
         "correction_planes_mm": _correction_planes(report),
         "vectors": list(_vectors(report)),
         "length": PAGE_UNITS.get().length,
@@ -93,12 +94,10 @@ class _Packer:
         return b"".join(self.parts)
 
 
-def _label(
-    numbered: tuple[int, Mapping[str, Any]], pieces: Sequence[Piece], turned: Sequence[Mesh]
-) -> dict[str, Any]:
+def _label(numbered: tuple[int, Cut], pieces: Sequence[Piece], turned: Sequence[Mesh]) -> dict[str, Any]:
     """Return number, words and place of a correction's label: on its old skin, towards the outside."""
     place, item = numbered
-    label = np.asarray(item["position_mm"], dtype=np.float64)
+    label = np.asarray(item.position_mm, dtype=np.float64)
     for piece, mesh in zip(pieces, turned[1:], strict=True):
         if piece.correction == place and len(piece.skin):
             corners = mesh.vertices[piece.skin]
@@ -107,15 +106,15 @@ def _label(
             )
             label = weight @ corners.mean(axis=1) / weight.sum()
             break
-    depth = f"{length(abs(item['depth_mm']), 2)} {PAGE_UNITS.get().length}"
+    depth = f"{length(abs(item.depth_mm), 2)} {PAGE_UNITS.get().length}"
     size = f"{kinds.extent(item)} {depth}"
     return {
-        "number": item["number"],
-        "depth_mm": item["depth_mm"],
+        "number": item.number,
+        "depth_mm": item.depth_mm,
         "depth_text": depth,
         "label_mm": [float(v) for v in label],
         "towards": _towards(item),
-        "said": f"Correction {item['number']}: {kinds.noun(item)}, {kinds.place(item)}, {size}",
+        "said": f"Correction {item.number}: {kinds.noun(item)}, {kinds.place(item)}, {size}",
     }
 
 
@@ -126,38 +125,36 @@ FACE = 0.5
 """Share of the frontal view in that of a face; the rest is from outside, past the webs beside it."""
 
 
-def _towards(item: Mapping[str, Any]) -> list[float]:
+def _towards(item: Cut) -> list[float]:
     """Return the viewing direction of a correction, rotor frame: along its tool, onto its face or rim."""
-    x, y, _ = item["position_mm"]
+    x, y, _ = item.position_mm
     radius = math.hypot(x, y)
     out = np.array([x / radius, y / radius, 0.0]) if radius > 0.0 else np.array([1.0, 0.0, 0.0])
-    if item.get("inward") is not None:
-        out = -np.asarray(item["inward"], dtype=np.float64)
-    elif item.get("normal") is not None:
-        out = out + FACE * np.asarray(item["normal"], dtype=np.float64)
+    if item.hole is not None:
+        out = -np.asarray(item.hole.inward, dtype=np.float64)
+    elif item.new_face is not None:
+        out = out + FACE * np.asarray(item.new_face.normal, dtype=np.float64)
         return [float(v) for v in out]
-    elif item.get("face_z_mm") is not None:
-        out = np.array([0.0, 0.0, math.copysign(1.0, item["face_z_mm"] - item["position_mm"][2])])
+    elif item.pocket is not None and item.pocket.face_z_mm is not None:
+        out = np.array([0.0, 0.0, math.copysign(1.0, item.pocket.face_z_mm - item.position_mm[2])])
     beside = np.array([0.0, 0.0, 1.0]) if abs(out[2]) < 0.7 else np.array([x, y, 0.0]) / max(radius, 1e-9)
     return [float(v) for v in out + TILT * beside]
 
 
-def _correction_planes(report: Report) -> list[float]:
+def _correction_planes(report: BalancedReport) -> list[float]:
     """Return the z of the mid-planes of the webs that are cut [mm]."""
-    cut = {web for item in report["corrections"] for web in item.get("webs", [item.get("web")])}
-    return [
-        0.5 * (w["z_min_mm"] + w["z_max_mm"]) for w in at(report, "crank.webs") or [] if w["number"] in cut
-    ]
+    cut = {web for item in report.corrections for web in item.all_webs}
+    return [0.5 * (web.z_min_mm + web.z_max_mm) for web in report.crank.webs if web.number in cut]
 
 
-def _vectors(report: Report) -> Iterable[dict[str, Any]]:
-    for k, plane in enumerate(report["tolerance"]["planes"]):
-        for key, when in (("initial", "before"), ("residual", "after")):
-            if report["outcome"] == "already_within_tolerance" and when == "before":
+def _vectors(report: BalancedReport) -> Iterable[dict[str, Any]]:
+    for k, plane in enumerate(report.tolerance.planes):
+        for state, when in ((report.initial, "before"), (report.residual, "after")):
+            if report.outcome == "already_within_tolerance" and when == "before":
                 continue
-            vector = report[key]["planes"][k]["unbalance_g_mm"]
+            vector = state.planes[k].unbalance_g_mm
             text = f"{unbalance(math.hypot(*vector), 1)} {PAGE_UNITS.get().unbalance} {when}"
-            yield {"z_mm": plane["z_mm"], "vector": list(vector), "when": when, "text": text}
+            yield {"z_mm": plane.z_mm, "vector": list(vector), "when": when, "text": text}
 
 
 # The crank and the removed metal for pages and pictures, as fine as a screen shows and no finer.
@@ -188,7 +185,7 @@ class Shown:
     @classmethod
     def of(
         cls,
-        report: Mapping[str, Any],
+        report: BalancedReport,
         before: Solid,
         after: Solid | None,
         tools: Sequence[Solid],
@@ -199,9 +196,11 @@ class Shown:
         A crank of more than ``most`` triangles is decimated before it is cut for the view: cutting it once
         more as it is would take longer than balancing it.
         """
+        scanned = report.crank.scanned
+        roughness_mm = 0.0 if scanned is None else scanned.roughness_mm
         first = max(
             FINEST_VIEW * before.mesh.diagonal_mm,
-            MERGED_ROUGHNESS_RATIO * report["crank"].get("roughness_mm", 0.0),
+            MERGED_ROUGHNESS_RATIO * roughness_mm,
         )
         crank = coarse_solid(before, most, first)
         pieces = pieces_of(report, crank, tools)
@@ -227,25 +226,24 @@ def coarse_solid(solid: Solid, most: int, step: float) -> Solid:
 
 
 def coarse_pieces(
-    report: Mapping[str, Any], pieces: Sequence[Piece], size_mm: float, most: int = PIECES_TRIANGLES
+    report: BalancedReport, pieces: Sequence[Piece], size_mm: float, most: int = PIECES_TRIANGLES
 ) -> Sequence[Piece]:
     """Return the removed metal for the page's view, simplified while it has more than ``most`` triangles."""
     step, coarse = 1e-5 * size_mm, pieces
     while sum(len(piece.mesh.triangles) for piece in coarse) > most and step < 1e-3 * size_mm:
         coarse = [
-            piece.simplified(step, kinds.adds_metal(report["corrections"][piece.correction]))
-            for piece in pieces
+            piece.simplified(step, kinds.adds_metal(report.corrections[piece.correction])) for piece in pieces
         ]
         step *= 4.0
     return coarse
 
 
-def _cut(report: Mapping[str, Any], crank: Solid, tools: Sequence[Solid]) -> Solid:
+def _cut(report: BalancedReport, crank: Solid, tools: Sequence[Solid]) -> Solid:
     """Return a crank after all corrections, metal added first and then removed."""
     for adds in (True, False):
         chosen = [
             tool
-            for tool, item in zip(tools, report["corrections"], strict=True)
+            for tool, item in zip(tools, report.corrections, strict=True)
             if kinds.adds_metal(item) == adds
         ]
         if chosen:

@@ -26,6 +26,7 @@ from autobalance.report.pictures.zbuffer import (
     render,
     render_each,
 )
+from autobalance.report.records.balanced import BalancedReport
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array, Indices
 
@@ -48,7 +49,7 @@ NUMBERED_PIXELS = 60
 
 
 def pictures(
-    report: Mapping[str, Any],
+    report: BalancedReport,
     before: Mesh,
     after: Mesh,
     pieces: Sequence[Piece],
@@ -59,7 +60,7 @@ def pictures(
 
     Parameters
     ----------
-    report : mapping
+    report : BalancedReport
     before, after : Mesh
         File coordinates [mm].
     pieces : sequence of Piece
@@ -68,10 +69,10 @@ def pictures(
     units : {"metric", "inch"}
         Of the scale of depths.
     """
-    frame = np.asarray(report["frame"]["file_to_rotor"], dtype=np.float64)
+    frame = np.asarray(report.frame.file_to_rotor, dtype=np.float64)
     sight = Camera(-np.array(kinds.eye(report)), (1.0, 0.0, 0.0), fit=before.moved(frame).vertices)
-    items = report["corrections"]
-    depths = [abs(item["depth_mm"]) for item in items]
+    items = report.corrections
+    depths = [abs(item.depth_mm) for item in items]
     body = after.moved(frame)
     moved = [piece.mesh.moved(frame).vertices for piece in pieces]
     tints = [_colour(depths[piece.correction], depths) for piece in pieces]
@@ -84,7 +85,7 @@ def pictures(
     laid = [_joined(coat) for coat in coats] if pieces else [_joined([])]
     drawn = render_each(steel, laid, sight, *size)
     drawn = drawn if pieces else [*drawn, *drawn]
-    numbers = [items[piece.correction]["number"] for piece in pieces]
+    numbers = [items[piece.correction].number for piece in pieces]
     pictures_drawn = [
         _labelled(each, title, _marks(each, len(body.triangles), coat, numbers), depths, ON_SCREEN[units])
         for each, title, coat in zip(drawn, ("before", "after"), coats, strict=True)

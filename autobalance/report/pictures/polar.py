@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
+from autobalance.declare import Floats, present
 from autobalance.report.display_units import PAGE_UNITS, PAGE_ZERO_DEG, pointing, unbalance
 from autobalance.value_classes import dataclass
 from autobalance.wording import escape
+
+if TYPE_CHECKING:  # every result loads this module
+    from autobalance.report.records.balance import Plane, Tolerance, Unbalance
+    from autobalance.report.records.balanced import BalancedReport
+    from autobalance.rigid_rotor.tolerance import TolerancePlane
 
 SIZE = 200.0
 MIDDLE = SIZE / 2.0
@@ -104,17 +110,16 @@ def _arrow(vector: Vector, per: float, turn: float) -> str:
 
 def figure(
     title: str,
-    before: Mapping[str, Any],
-    after: Mapping[str, Any],
-    permitted: Mapping[str, Any],
+    before: Unbalance | Plane,
+    after: Unbalance | Plane,
+    permitted: Tolerance | TolerancePlane,
     sign: str = "P1",
 ) -> str:
     """Return a figure: before and after in one polar, with their numbers beside it."""
-    limit, off = permitted["permissible_g_mm"], after.get("uncertainty_g_mm")
+    limit, off = permitted.permissible_g_mm, present(after.uncertainty_g_mm)
     states = [("before", before, None), ("after", after, off)]
     vectors = [
-        Vector((each["unbalance_g_mm"][0], each["unbalance_g_mm"][1]), name, doubt)
-        for name, each, doubt in states
+        Vector((each.unbalance_g_mm[0], each.unbalance_g_mm[1]), name, doubt) for name, each, doubt in states
     ]
     said = [f"{name} {_says(each)}" for name, each, _ in states]
     rows = "".join(f"<dt>{name}</dt><dd>{_says(each)}</dd>" for name, each, _ in states)
@@ -128,23 +133,23 @@ def figure(
     )
 
 
-def _says(state: Mapping[str, Any]) -> str:
-    return f"{unbalance(state['magnitude_g_mm'])}{pointing(state['unbalance_g_mm'], 1)}"
+def _says(state: Unbalance | Plane) -> str:
+    return f"{unbalance(state.magnitude_g_mm)}{pointing(state.unbalance_g_mm, 1)}"
 
 
-def figures(report: Mapping[str, Any], sign: str = "P1") -> list[str]:
+def figures(report: BalancedReport, sign: str = "P1") -> list[str]:
     """Return the figures of a run: of the resultant, and of each tolerance plane.
 
     ``sign`` is that of the page's zero.
     """
-    before, after, permitted = report["initial"], report["residual"], report["tolerance"]
-    planes = zip(before["planes"], after["planes"], permitted["planes"], strict=True)
-    of_planes = [figure(f"Plane {escape(each[2]['name'])}", *each, sign) for each in planes]
+    before, after, permitted = report.initial, report.residual, report.tolerance
+    planes = zip(before.planes, after.planes, permitted.planes, strict=True)
+    of_planes = [figure(f"Plane {escape(each[2].name)}", *each, sign) for each in planes]
     return [figure("Resultant", before, after, permitted, sign), *of_planes]
 
 
 def stages_figure(
-    title: str, points: Sequence[tuple[str, Sequence[float]]], permitted_g_mm: float, days: str = ""
+    title: str, points: Sequence[tuple[str, Floats]], permitted_g_mm: float, days: str = ""
 ) -> str:
     """Return one plot of vectors in order, each named at its tip, a line from one to the next.
 
@@ -190,7 +195,7 @@ def _beside(tips: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
     return places
 
 
-def _from_zero(vector: Sequence[float]) -> tuple[float, float]:
+def _from_zero(vector: Floats) -> tuple[float, float]:
     """Return a vector in axes whose x points to the page's zero."""
     x, y = vector
     turn = math.radians(PAGE_ZERO_DEG.get())

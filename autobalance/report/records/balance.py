@@ -16,6 +16,7 @@ from autobalance.declare import (
     Positive,
     Share,
     Size,
+    present,
     record,
 )
 from autobalance.rigid_rotor import tolerance as rigid_rotor
@@ -141,6 +142,37 @@ class Tolerance:
             margin=tolerance.margin,
             others=tolerance.others or ABSENT,
         )
+
+    @property
+    def counts_uncertainty(self) -> bool:
+        """Whether the uncertainty counts in the verdict."""
+        return self.margin is not ABSENT and self.margin != "none"
+
+    def worst(self, unbalance: Unbalance) -> tuple[str, float, float]:
+        """Return place, size and permissible value of the judged unbalance nearest to its limit [g·mm].
+
+        The place is "the resultant" or "plane A".
+        """
+        rows = [("the resultant", unbalance.magnitude_g_mm, self.permissible_g_mm)]
+        rows += [
+            (f"plane {plane.name}", here.magnitude_g_mm, plane.permissible_g_mm)
+            for here, plane in self._judged_planes(unbalance)
+        ]
+        return max(rows, key=lambda row: row[1] / row[2])
+
+    def shares(self, residual: Unbalance) -> list[tuple[str, float]]:
+        """Return each judged residual's name and its share of the permissible value."""
+        rows: list[tuple[str, Unbalance | Plane, float]] = [("resultant", residual, self.permissible_g_mm)]
+        rows += [(plane.name, here, plane.permissible_g_mm) for here, plane in self._judged_planes(residual)]
+        return [(name, self._judged_g_mm(here) / permitted) for name, here, permitted in rows]
+
+    def _judged_g_mm(self, residual: Unbalance | Plane) -> float:
+        doubt = present(residual.uncertainty_g_mm) if self.counts_uncertainty else None
+        return residual.magnitude_g_mm + (doubt or 0.0)
+
+    def _judged_planes(self, unbalance: Unbalance) -> list[tuple[Plane, TolerancePlane]]:
+        is_judged = self.judge == "dynamic"
+        return list(zip(unbalance.planes, self.planes, strict=True)) if is_judged else []
 
 
 @record

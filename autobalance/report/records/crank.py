@@ -291,10 +291,10 @@ class Crank:
     cylinders: Annotated[
         Sequence[Cylinder], "all bare cylinders and bores along the axis, recognised or not, by z"
     ]
-    doubts: Annotated[Sequence[Doubt], "journals and crankpins for which another cylinder may be meant"]
+    doubts: Annotated[Sequence[Doubt], "journals and crankpins for which another cylinder may be meant"] = ()
     journal_misalignment_mm: NotNegative
     facet_error: FacetError | None
-    datums: Datums | None
+    datums: Datums | None = None
     scanned: Annotated[ScannedSurface | None, INLINE]
     mass_pm_g: Annotated[NotNegative, "of a scan: 95 %, without the density's uncertainty"] | Absent
     calibration: Calibration | Absent = ABSENT

@@ -28,7 +28,7 @@ from autobalance.declare import (
     record,
 )
 from autobalance.declare.schema import open_keys
-from autobalance.report.records.balance import Unbalance
+from autobalance.report.records.balance import Plane, Unbalance
 from autobalance.rigid_rotor import unbalance as rigid_rotor
 from autobalance.rigid_rotor.staged_assembly import CRANK
 from autobalance.types import Array
@@ -54,7 +54,7 @@ class StageUnbalance:
     unbalance_g_mm: Pair
     magnitude_g_mm: NotNegative
     angle_deg: Angle
-    planes: Annotated[Sequence[Any], Like(Sequence[Mapping[str, Any]])]
+    planes: Annotated[Sequence[Plane], Like(Sequence[Mapping[str, Any]])]
     moment_g_mm2: Pair
     uncertainty_g_mm: float | None
 

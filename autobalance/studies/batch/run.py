@@ -19,7 +19,6 @@ from autobalance.studies.batch.journal import JOURNAL, JournalLine, append_line,
 from autobalance.value_classes import dataclass
 from autobalance.verbs.result import Values
 from autobalance.version import __version__
-from autobalance.wording import worst_judged
 
 if TYPE_CHECKING:
     from autobalance.job import Job
@@ -384,15 +383,19 @@ def _without_file(raw: Mapping[str, Any]) -> Values:
 
 def _numbers(values: Values) -> RowNumbers:
     """Return a report's row of the table."""
-    _, worst_g_mm, permissible_g_mm = worst_judged(values)
-    solid = values["outputs"]["solid"]
+    from autobalance.declare import present
+    from autobalance.report.records.balanced import BalancedReport
+
+    report = BalancedReport.read(values)
+    _, worst_g_mm, permissible_g_mm = report.tolerance.worst(report.residual)
+    solid = present(report.written.solid)
     return RowNumbers(
-        mass_g=values["crank"]["mass_g"],
-        initial_g_mm=values["initial"]["magnitude_g_mm"],
-        residual_g_mm=values["residual"]["magnitude_g_mm"],
-        permissible_g_mm=values["tolerance"]["permissible_g_mm"],
+        mass_g=report.crank.body.mass_g,
+        initial_g_mm=report.initial.magnitude_g_mm,
+        residual_g_mm=report.residual.magnitude_g_mm,
+        permissible_g_mm=report.tolerance.permissible_g_mm,
         worst_share=worst_g_mm / permissible_g_mm,
-        removed_g=sum(cut["removed_mass_g"] for cut in values["corrections"]),
-        cuts=len(values["corrections"]),
-        solid_sha256=None if solid is None else solid["sha256"],
+        removed_g=sum(cut.removed_mass_g for cut in report.corrections),
+        cuts=len(report.corrections),
+        solid_sha256=None if solid is None else solid.sha256,
     )
