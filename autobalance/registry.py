@@ -238,7 +238,7 @@ FILES: Final = {
     "crank-file": "drawn_cranks.input:CRANK_FORMS",
     "bearing-file": "engines.bearings.keys:BEARING_FORMS",
     "rotor-file": "crank_dynamics.rotor.input:ROTOR",
-    "chain-file": "crank_dynamics.torsion.chain_input:CHAIN",
+    "chain-file": "crank_dynamics.torsion.verb:CHAIN",
     "drive-file": "signals.drive_input:DRIVE_KEYS",
     "bench-file": "test_stands.bench.input:BENCH_KEYS",
     "engine-bench-file": "test_stands.bench.engine_input:ENGINE_BENCH_KEYS",

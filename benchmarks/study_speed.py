@@ -11,8 +11,8 @@ from pathlib import Path
 
 from autobalance.job import load
 from autobalance.studies.study.causes import causes_of
-from autobalance.studies.study.linear_model import LinearModel, state_of
 from autobalance.studies.study.plan import planned
+from autobalance.studies.study.statistics import LinearModel, state_of
 
 
 def main() -> None:

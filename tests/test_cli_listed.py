@@ -14,7 +14,7 @@ import pytest
 import autobalance as ab
 from autobalance.errors import JobError
 from autobalance.job.balance import LISTED_CUTS
-from autobalance.job.stage import for_recut
+from autobalance.job.from_options import for_recut
 from autobalance.report.records.corrections import Correction, CorrectionDetails
 from tests import nc_jobs
 

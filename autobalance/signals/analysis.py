@@ -12,8 +12,8 @@ from autobalance.signals.bearing import Defect, Envelope, defects, envelope, liv
 from autobalance.signals.by_angle import TURN, Circles, Turning, circles
 from autobalance.signals.modes import Mode, modes_of_run_up, modes_of_sweep, modes_of_transfer
 from autobalance.signals.record import COSINES, Channel, Record
-from autobalance.signals.rolling_bearing import RollingBearing
 from autobalance.signals.sines import Sine, aliasing_note, clipped_share, filled
+from autobalance.signals.sources import RollingBearing
 from autobalance.signals.spectra import MAX_WHOLE, Welch, sines_of, thinned, welch
 from autobalance.signals.speed import Crossing, OrderLines, crossings, order_lines, speed_of_record
 from autobalance.signals.tacho import TachoPulses, pulses

@@ -8,8 +8,8 @@ from scipy import fft
 from autobalance.errors import FormatError
 from autobalance.signals.by_angle import TURN, Turning
 from autobalance.signals.record import Channel
-from autobalance.signals.rolling_bearing import MAX_SLIP, RollingBearing
 from autobalance.signals.sines import Sine, find_sines
+from autobalance.signals.sources import MAX_SLIP, RollingBearing
 from autobalance.types import Array
 from autobalance.value_classes import dataclass
 

@@ -10,7 +10,7 @@ from typing import Any
 from autobalance.declare import Key, Values, keys_of, made
 from autobalance.errors import JobError
 from autobalance.job.tables import AddonTables, TablesRead
-from autobalance.signals.drive_sources import Drive
+from autobalance.signals.sources import Drive
 from autobalance.toml_files.keys import read_document
 
 DRIVE_KEYS = keys_of(Drive)

@@ -23,10 +23,8 @@ if TYPE_CHECKING:
     from autobalance.runtime import Progress
     from autobalance.signals.analysis import Analysis, Question
     from autobalance.signals.answer import OrdersReport
-    from autobalance.signals.drive_sources import Drive
     from autobalance.signals.record import Channel, Record
-    from autobalance.signals.rolling_bearing import RollingBearing
-    from autobalance.signals.sources import Source
+    from autobalance.signals.sources import Drive, RollingBearing, Source
     from autobalance.signals.spectra import Quantity
 
 BEARING_KEYS = ("balls", "ball", "pitch", "contact", "speed")
@@ -298,7 +296,7 @@ def _channels(arrays: Mapping[str, ArrayLike], sample_rate: float | None) -> tup
 def _bearing(geometry: Mapping[str, float]) -> RollingBearing:
     import math
 
-    from autobalance.signals.rolling_bearing import RollingBearing
+    from autobalance.signals.sources import RollingBearing
 
     for key in geometry:
         if key not in BEARING_KEYS:
@@ -317,7 +315,7 @@ def _bearing(geometry: Mapping[str, float]) -> RollingBearing:
 def _drive(file: str | Path | Mapping[str, Any] | None, job: Job | None) -> list[Drive]:
     """Return the gears, belts and shafts that the crank drives, of a separate file and of the job."""
     from autobalance.signals.drive_input import read_drive
-    from autobalance.signals.drive_sources import Drive
+    from autobalance.signals.sources import Drive
 
     own = [] if file is None else [read_drive(file)]
     return own if job is None else [*own, *filter(None, (job.table(Drive),))]

@@ -36,8 +36,8 @@ from autobalance.balancing.rotor_from_job import Rotor
 from autobalance.balancing.run import measure_of, record_of, rotor_of
 from autobalance.errors import CorrectionError, FileError, FormatError, JobError
 from autobalance.job import Job
+from autobalance.job.from_options import for_recut
 from autobalance.job.reading import MachineReading, ReadPlane
-from autobalance.job.stage import for_recut
 from autobalance.report.balance.values import StageNotes, stage_values
 from autobalance.rigid_rotor.unbalance import Share, Unbalance
 from autobalance.running_gear.parts import balance_factor, bob_weight_moments, factor_direction_g_mm

@@ -17,7 +17,7 @@ from autobalance.correction.holes.drills import DrillLimits
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.crank.faces import find_faces
 from autobalance.errors import CorrectionError
-from autobalance.job.stage import for_recut
+from autobalance.job.from_options import for_recut
 from autobalance.planning.reject_worse import is_harmless
 from autobalance.rigid_rotor.unbalance import Budget, Moments, Share, Unbalance
 from tests.cranks import Shape, make_crank

@@ -9,9 +9,8 @@ import pytest
 
 from autobalance.signals.analysis import uncertain_ratio
 from autobalance.signals.by_angle import Turning
-from autobalance.signals.rolling_bearing import RollingBearing
 from autobalance.signals.sines import find_sines
-from autobalance.signals.sources import UNEXPLAINED, bearing_sources, candidates
+from autobalance.signals.sources import UNEXPLAINED, RollingBearing, bearing_sources, candidates
 from autobalance.signals.speed import crossings, order_lines
 from tests.reference.published import check, inputs
 from tests.signals import TURN, channel, instants, orders_of

@@ -8,7 +8,7 @@ import pytest
 from autobalance.errors import FormatError
 from autobalance.signals.bearing import defects, envelope, liveliest_band
 from autobalance.signals.by_angle import Turning
-from autobalance.signals.rolling_bearing import RollingBearing
+from autobalance.signals.sources import RollingBearing
 from tests.signals import TURN, channel, instants, ramp, turning
 
 RATE = 20_000.0

@@ -11,7 +11,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.job.read import load
-from autobalance.signals.drive_sources import MAX_BELT_SLIP, Belt, Drive, DrivenShaft, Gear
+from autobalance.signals.sources import MAX_BELT_SLIP, Belt, Drive, DrivenShaft, Gear
 from tests import jobs
 from tests.signals import TURN, instants, orders_of, write_csv
 

@@ -24,7 +24,7 @@ from autobalance.runtime import interruptible
 from autobalance.studies import workers
 from autobalance.studies.study import statistics
 from autobalance.studies.study.advice import advise, sobol_shares
-from autobalance.studies.study.linear_model import (
+from autobalance.studies.study.statistics import (
     Draw,
     LinearModel,
     axis_effect,
@@ -33,8 +33,8 @@ from autobalance.studies.study.linear_model import (
     linear_spread_g_mm,
     shift_effect,
     turn_effect,
+    wilson_interval,
 )
-from autobalance.studies.study.statistics import wilson_interval
 from tests.worker_tasks import square_unless_killed, threads_after
 
 BODY = Moments.point(7.0, np.array([3.0, -2.0, 11.0])) + Moments.point(5.0, np.array([-1.0, 4.0, -6.0]))

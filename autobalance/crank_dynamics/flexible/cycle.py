@@ -23,9 +23,8 @@ from autobalance.crank_dynamics.rotor.from_crank import E_GPA, NU, throw_bending
 from autobalance.crank_dynamics.torsion.chain import ThrowShape
 from autobalance.crank_dynamics.torsion.from_job import crank_chain, throw_shapes, webs_beside
 from autobalance.crank_dynamics.torsion.input import crank_torsion
-from autobalance.crank_dynamics.torsion.model import CrankTorsion
+from autobalance.crank_dynamics.torsion.model import CrankTorsion, named_train
 from autobalance.crank_dynamics.torsion.train import train_response
-from autobalance.crank_dynamics.torsion.trains import named_train
 from autobalance.engines.bearings.orbit import short_film_unit_n
 from autobalance.engines.cycle.analysis import CycleAnalysis, torque_orders, torques_on_throws
 from autobalance.engines.cycle.films import FILM_ANGLE_STRIDE, main_bearings

@@ -12,8 +12,8 @@ import numpy as np
 
 from autobalance.crank_dynamics.torsion.chain import TorsionMode
 from autobalance.crank_dynamics.torsion.excited import ExcitedTrain
+from autobalance.crank_dynamics.torsion.model import Damper, NamedTrain, with_damper
 from autobalance.crank_dynamics.torsion.strains import ShaftStrain, greatest, own_shafts, peak_of
-from autobalance.crank_dynamics.torsion.trains import Damper, NamedTrain, with_damper
 from autobalance.declare import KG_MM2_OF_SI, MRAD, Hertz, Mrad, NotNegative, Ordinal, Positive, Rpm, record
 from autobalance.errors import JobError
 from autobalance.types import Array

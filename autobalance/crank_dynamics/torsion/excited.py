@@ -15,9 +15,8 @@ from autobalance.crank_dynamics.torsion.chain import (
     torsion_response,
 )
 from autobalance.crank_dynamics.torsion.from_job import CrankChain
-from autobalance.crank_dynamics.torsion.model import TorsionQuestion
+from autobalance.crank_dynamics.torsion.model import NamedTrain, TorsionQuestion, named_train
 from autobalance.crank_dynamics.torsion.train import train_modes, train_response
-from autobalance.crank_dynamics.torsion.trains import NamedTrain, named_train
 from autobalance.engines.cycle.analysis import ThrowTorques
 from autobalance.types import Array, Complex
 from autobalance.value_classes import dataclass

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 from autobalance.crank_dynamics.torsion.chain import HolzerRow, ThrowShape, TorsionMode
 from autobalance.crank_dynamics.torsion.excited import ExcitedTrain
 from autobalance.crank_dynamics.torsion.from_job import CrankChain
-from autobalance.crank_dynamics.torsion.model import Formula, PendulumAbsorber
-from autobalance.crank_dynamics.torsion.trains import NamedTrain
+from autobalance.crank_dynamics.torsion.model import Formula, NamedTrain, PendulumAbsorber
 from autobalance.declare import (
     INLINE,
     KG_MM2_OF_SI,

@@ -10,16 +10,20 @@ from typing import Any
 import numpy as np
 
 from autobalance.crank_dynamics.torsion.model import (
+    Branch,
+    Coupling,
     CrankTorsion,
+    Damper,
+    DamperKind,
     Driven,
     Excitation,
     Formula,
     PendulumAbsorber,
     RunUp,
     TorsionQuestion,
+    TrainParts,
 )
 from autobalance.crank_dynamics.torsion.train import GearPair
-from autobalance.crank_dynamics.torsion.trains import Branch, Coupling, Damper, DamperKind, TrainParts
 from autobalance.declare import ANY, COUNTED, FILLED, NOT_NEGATIVE, POSITIVE, Key, Large, Range, Values
 from autobalance.errors import JobError
 from autobalance.job.tables import AddonTables, TablesRead

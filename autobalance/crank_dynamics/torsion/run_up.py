@@ -14,14 +14,13 @@ from scipy.linalg import expm
 
 from autobalance.crank_dynamics.torsion.chain import shear_stress_pa
 from autobalance.crank_dynamics.torsion.excited import ExcitedTrain
-from autobalance.crank_dynamics.torsion.model import RunUp
+from autobalance.crank_dynamics.torsion.model import Coupling, RunUp
 from autobalance.crank_dynamics.torsion.strains import (
     WINDOW_RAD,
     SteadyTrain,
     steady_peaks,
     steady_torques_n_m,
 )
-from autobalance.crank_dynamics.torsion.trains import Coupling
 from autobalance.declare import Mpa, Mrad, NewtonMetres, NotNegative, Rpm, record
 from autobalance.types import Array
 from autobalance.value_classes import dataclass

@@ -7,10 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from autobalance import job as jobs
 from autobalance.crank_dynamics.torsion.answer import TorsionReport
 from autobalance.crank_dynamics.torsion.chain import TorsionChain
-from autobalance.crank_dynamics.torsion.chain_input import ChainFile, read_chain
 from autobalance.crank_dynamics.torsion.dampers import FittedDamper, damper_figures, with_dampers
 from autobalance.crank_dynamics.torsion.excited import ExcitedTrain, excited_crank
 from autobalance.crank_dynamics.torsion.figures import (
@@ -21,12 +22,19 @@ from autobalance.crank_dynamics.torsion.figures import (
     TrainFigures,
 )
 from autobalance.crank_dynamics.torsion.from_job import CrankChain, crank_chain
-from autobalance.crank_dynamics.torsion.input import check_station, crank_torsion
-from autobalance.crank_dynamics.torsion.model import CrankTorsion, RunUp, TorsionQuestion
+from autobalance.crank_dynamics.torsion.input import (
+    DAMPING_RATIO,
+    INERTIA,
+    SHARED,
+    SPRING,
+    check_station,
+    crank_torsion,
+    question_of,
+)
+from autobalance.crank_dynamics.torsion.model import CrankTorsion, RunUp, TorsionQuestion, named_train
 from autobalance.crank_dynamics.torsion.run_up import LinkFriction, RunUpFigures, run_up_figures
 from autobalance.crank_dynamics.torsion.strains import critical_orders, order_peaks, order_responses
-from autobalance.crank_dynamics.torsion.trains import named_train
-from autobalance.declare import ABSENT, HERTZ
+from autobalance.declare import ABSENT, FILLED, HERTZ, Key, Values
 from autobalance.engines.cycle.model import Cycle
 from autobalance.errors import JobError, UsageError
 from autobalance.job import Job
@@ -34,17 +42,73 @@ from autobalance.job.read import tables_of
 from autobalance.report.plots import Plots
 from autobalance.runtime import Progress, no_progress
 from autobalance.toml_files.document import with_settings
-from autobalance.toml_files.keys import named_in
+from autobalance.toml_files.keys import named_in, read_document
+from autobalance.units import KG_M2_PER_KG_MM2, M_PER_MM
 from autobalance.value_classes import dataclass
 from autobalance.verbs.declaration import documented
 from autobalance.verbs.engine_case import job_set, request
-from autobalance.verbs.result import Values, VerbResult
+from autobalance.verbs.result import VerbResult
 
 if TYPE_CHECKING:
     from autobalance.balancing.measured import Crank as MeasuredCrank
     from autobalance.crank_dynamics.torsion.throw_twist import ThrowTwist
     from autobalance.engines.cycle.analysis import ThrowTorques
     from autobalance.verbs.crank import Crank
+
+
+# Read a chain's file for ``torsion``. SI units out.
+
+
+CHAIN = (
+    *SHARED,
+    Key("inertia", says="stations in order", keys=INERTIA, many=True),
+    Key("spring", says="springs between one station and the next", keys=SPRING, many=True, default=()),
+    Key("torsion", says="settings of the calculation", keys=(DAMPING_RATIO,), default=FILLED),
+)
+"""Every key of a chain's file."""
+
+
+@dataclass(frozen=True, eq=False)
+class ChainFile:
+    """A chain with the questions about it; ``filled`` is the file as read, defaults filled in."""
+
+    question: TorsionQuestion
+    chain: TorsionChain
+    names: tuple[str, ...]
+    diameters_m: tuple[float | None, ...]
+    filled: Values
+
+
+def read_chain(source: str | Path | Mapping[str, Any]) -> ChainFile:
+    """Read a chain's file, or a dict of its structure.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read.
+    JobError
+        If it is not TOML, or a key is unknown, missing, of the wrong type or impossible.
+    """
+    return read_document(source, "torsion file", CHAIN, _chain)
+
+
+def _chain(filled: Values) -> ChainFile:
+    inertias, springs = filled["inertia"], filled["spring"]
+    if len(springs) != len(inertias) - 1:
+        raise JobError(
+            f"there are {len(springs)} [[spring]] tables; {len(inertias)} inertias need {len(inertias) - 1}"
+        )
+    chain = TorsionChain(
+        KG_M2_PER_KG_MM2 * np.array([each["kg_mm2"] for each in inertias]),
+        np.array([each["N_m_rad"] for each in springs]),
+        np.array([each["damping_N_m_s_rad"] for each in inertias]),
+        np.array([each["damping_N_m_s_rad"] for each in springs]),
+    )
+    diameters = tuple(None if d is None else M_PER_MM * d for d in (s["diameter_mm"] for s in springs))
+    names = tuple(each["name"] or f"station {n}" for n, each in enumerate(inertias, 1))
+    branched = sum(len(each["inertia"]) for each in filled["branch"])
+    return ChainFile(question_of(filled, len(inertias) + branched), chain, names, diameters, filled)
+
 
 POISSON = 0.3
 """Material of the crank, if finite elements need it."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
-from autobalance.errors import FileError, FormatError, file_errors, refuse_pipe
+from autobalance.errors import FileError, file_errors, refuse_pipe
 from autobalance.runtime import note_read
 from autobalance.solid.formats.raw import Raw
 from autobalance.types import Floats, Indices
@@ -72,31 +72,6 @@ class Format:
 
 
 # Common part of the formats of true surfaces, which the CAD kernel reads.
-
-
-def exact_format(
-    name: str,
-    read: Callable[[bytes], CadFile],
-    carries_unit: bool = True,
-    names_bodies: bool = False,
-) -> Format:
-    """Return a format of true surfaces, which is not a mesh; cut solids are written as STEP."""
-
-    def no_mesh(data: bytes) -> Raw:
-        raise FormatError(f"a {name.upper()} file holds exact surfaces, no mesh")
-
-    def no_surfaces(vertices: Floats, triangles: Indices, mm_per_unit: float) -> bytes:
-        raise FormatError(f"a mesh cannot be written as {name.upper()}; write stl")
-
-    return Format(
-        name,
-        no_mesh,
-        no_surfaces,
-        np.float64,
-        carries_unit=carries_unit,
-        names_bodies=names_bodies,
-        read_exact=read,
-    )
 
 
 # Resolution of the numbers in a text file, from the digits that its writer gave them.

@@ -52,14 +52,14 @@ enter("obj", ("obj",), "obj:OBJ")
 enter("ply", ("ply",), "ply:PLY")
 enter("off", ("off",), "off:OFF")
 enter("3mf", ("3mf",), "threemf:THREEMF")
-enter("step", ("step", "stp"), "step:STEP")
+enter("step", ("step", "stp"), "exact:STEP")
 enter("glb", ("glb",), "gltf:GLB")
 enter("gltf", ("gltf",), "gltf:GLTF", written_as="glb")
 enter("dae", ("dae",), "foreign:DAE", written_as="3mf")
 enter("3dxml", ("3dxml",), "foreign:THREEDXML", written_as="3mf")
 enter("xaml", ("xaml",), "foreign:XAML", written_as="3mf")
-enter("iges", ("iges", "igs"), "iges:IGES", written_as="step")
-enter("brep", ("brep", "brp"), "brep:BREP", written_as="step")
+enter("iges", ("iges", "igs"), "exact:IGES", written_as="step")
+enter("brep", ("brep", "brp"), "exact:BREP", written_as="step")
 
 
 def endings() -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from autobalance.declare import Share
-from autobalance.studies.study.linear_model import LinearModel
+from autobalance.studies.study.statistics import LinearModel
 from autobalance.types import Array
 from autobalance.value_classes import dataclass
 

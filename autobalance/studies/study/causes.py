@@ -16,8 +16,8 @@ from autobalance.job.model import Distribution
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.studies.study.input import study_options
-from autobalance.studies.study.linear_model import Draw, axis_effect, effect_of, shift_effect, turn_effect
 from autobalance.studies.study.plan import Plan
+from autobalance.studies.study.statistics import Draw, axis_effect, effect_of, shift_effect, turn_effect
 from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
 from autobalance.value_classes import dataclass

@@ -18,8 +18,8 @@ from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.studies.study import causes
 from autobalance.studies.study.causes import TABLES, heavier, square_to
-from autobalance.studies.study.linear_model import effect_of, state_of
 from autobalance.studies.study.plan import Plan
+from autobalance.studies.study.statistics import effect_of, state_of
 from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
 

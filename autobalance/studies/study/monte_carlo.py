@@ -21,16 +21,18 @@ from autobalance.studies.study import causes
 from autobalance.studies.study.advice import Advice, SobolShares, advise, sobol_shares
 from autobalance.studies.study.causes import Causes, causes_of
 from autobalance.studies.study.exact_cranks import drawn_engine, exact_state
-from autobalance.studies.study.linear_model import (
+from autobalance.studies.study.plan import Plan
+from autobalance.studies.study.statistics import (
+    Z_95,
     Contribution,
     Draw,
     LinearModel,
+    Percentiles,
     contributions,
     linear_spread_g_mm,
     state_of,
+    wilson_interval,
 )
-from autobalance.studies.study.plan import Plan
-from autobalance.studies.study.statistics import Z_95, Percentiles, wilson_interval
 from autobalance.studies.workers import InThisProcess, Workers
 from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
