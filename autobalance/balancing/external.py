@@ -14,7 +14,7 @@ from autobalance.balancing.measured import Crank
 from autobalance.job import Attached, Job
 from autobalance.job.model import ExternalPart
 from autobalance.rigid_rotor.tolerance import Tolerance
-from autobalance.rigid_rotor.unbalance import Moments, Unbalance
+from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.types import Array, Floats
 from autobalance.value_classes import dataclass
@@ -72,15 +72,11 @@ def attached_to(job: Job, unbalances_g_mm: Sequence[Floats | Sequence[float]]) -
     return replace(job, engine=replace(job.engine, attached=(*job.engine.attached, *parts)))
 
 
-def _loads(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Moments:
-    loads = rotor_from_job.throw_loads(crank.anatomy, job.engine)
-    attached = rotor_from_job.beside_throws(job.engine)
-    return bob_weight_moments(loads, factor) + attached - rotor_from_job.overbalance_moments(job, tolerance)
-
-
 def _bare(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Unbalance:
     """Return the unbalance that the external parts have to cancel."""
-    return Unbalance.of(crank.moments + _loads(job, crank, tolerance, factor))
+    on_throws = bob_weight_moments(rotor_from_job.throw_loads(crank.anatomy, job.engine), factor)
+    loads = on_throws + rotor_from_job.beside_throws(job.engine)
+    return Unbalance.of(crank.moments + loads - rotor_from_job.overbalance_moments(job, tolerance))
 
 
 def carried(parts: Sequence[ExternalPart], bare: Unbalance, tolerance: Tolerance) -> list[Array]:

@@ -149,7 +149,7 @@ def calibration_of(crank: Scanned, readings: CrankReadings) -> Calibration | Non
     covariance = covariance[:2, :2]
     pm = ONE_AXIS_SIGMAS_95 * np.sqrt(np.diag(covariance))
     difference = None if weighed is None else whole.mass_g - weighed
-    odd = [*_odd_diameters(seen, values), *_odd_mass(crank, readings, values, skin)]
+    odd = [*_odd_diameters(seen, values), *_odd_mass(crank, readings, skin)]
     return Calibration(
         readings.calibrate,
         float(values[0]),
@@ -255,7 +255,7 @@ def _odd_diameters(seen: Sequence[_Observation], values: Array) -> list[str]:
     return lines
 
 
-def _odd_mass(crank: Scanned, readings: CrankReadings, values: Array, skin: Moments) -> list[str]:
+def _odd_mass(crank: Scanned, readings: CrankReadings, skin: Moments) -> list[str]:
     """Say of a mass that differs by more than scanner, scale and density may be off."""
     if readings.weighed_g is None:
         return []

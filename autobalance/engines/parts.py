@@ -75,7 +75,7 @@ def parts_text(report: PartsReport, units: DisplayUnits) -> str:
     """Return the roll-up of the parts and the bob-weights."""
     blocks: list[str] = [from_here(report.job["file"])]
     for throw in report.throws:
-        rows = [(_throw_name(throw), "weight", "may be off by")]
+        rows = [("Throw" if throw.number is None else f"Throw {throw.number}", "weight", "may be off by")]
         for weights, title in (
             (throw.rotating, "rotating, one rod"),
             (throw.reciprocating, "reciprocating, one rod"),
@@ -113,10 +113,6 @@ def _present(factor: float | None) -> str:
     if factor is None:
         return "The throws cancel: the crank has no balance factor."
     return f"Balance factor of the crank as it is, with these parts: {factor:.4f}"
-
-
-def _throw_name(throw: ThrowWeights) -> str:
-    return "Throw" if throw.number is None else f"Throw {throw.number}"
 
 
 def _off(pm_g: float, units: DisplayUnits) -> str:

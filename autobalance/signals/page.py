@@ -32,7 +32,10 @@ def orders_page(analysis: Analysis, report: OrdersReport) -> str:
         warnings=values.warnings,
         channel=analysis.channel.name,
         sines=_sines(values),
-        orders=_orders(values),
+        orders=[
+            (f"{row.order:g}", f"{row.amplitude:.6g}", f"{row.phase_deg:.2f}", "; ".join(row.sources))
+            for row in shown_orders(values.orders)
+        ],
         modes=[(f"{each.frequency_hz:.4f}", f"{each.damping_ratio:.5f}") for each in values.natural_modes],
         bearing=_bearing(values),
         version=report.autobalance.version,
@@ -108,13 +111,6 @@ def _sines(values: RecordAnalysis) -> list[tuple[str, ...]]:
             "; ".join(peak.sources or ()),
         )
         for peak in values.spectrum.peaks
-    ]
-
-
-def _orders(values: RecordAnalysis) -> list[tuple[str, ...]]:
-    return [
-        (f"{row.order:g}", f"{row.amplitude:.6g}", f"{row.phase_deg:.2f}", "; ".join(row.sources))
-        for row in shown_orders(values.orders)
     ]
 
 

@@ -358,7 +358,7 @@ def waterfall(channel: Channel, window_name: str, top_hz: float, turning: Turnin
     )
     steps = max(1, min(MOST_ROWS, 2 * (len(channel) - length) // length + 1))
     starts = np.round(np.linspace(0, len(channel) - length, steps)).astype(int)
-    weights = window("hann", length) * (2.0 / (length * gain("hann")))
+    weights = window(window_name, length) * (2.0 / (length * gain(window_name)))
     columns = fft.rfftfreq(length, 1.0 / rate)
     kept = columns <= top_hz
     rows = np.zeros((steps, int(kept.sum())))

@@ -40,19 +40,18 @@ def schema(name: str) -> Values:
     if name not in NAMES:
         raise UsageError(f"schema {name!r} does not exist; choose one of {', '.join(NAMES)}")
     if name == "job":
-        return _job()
+        from autobalance.job.tables import job_schema
+
+        return job_schema()
     if name in READ_FILES:
-        return _read(name)
+        from autobalance.job.reading import forms_of
+        from autobalance.toml_files.keys import json_schema
+
+        title = f"{name.removesuffix('-file').upper()}.toml of autobalance"
+        return json_schema(title, *forms_of(name).values())
     if name in registry.REPORTS:
         return _of_record(registry.loaded(registry.REPORTS[name]))
     return _report(name)
-
-
-def _read(name: str) -> Values:
-    from autobalance.job.reading import forms_of
-    from autobalance.toml_files.keys import json_schema
-
-    return json_schema(f"{name.removesuffix('-file').upper()}.toml of autobalance", *forms_of(name).values())
 
 
 def _report(name: str) -> Values:
@@ -70,9 +69,3 @@ def _of_record(record: Any) -> Values:
 
     head = {"title": f"Report of autobalance {record.command}", **getattr(record, "SCHEMA_HEAD", {})}
     return schema_of(record, {"$schema": DRAFT, **head}, [])
-
-
-def _job() -> Values:
-    from autobalance.job.tables import job_schema
-
-    return job_schema()

@@ -58,16 +58,13 @@ class VerifyResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the verdict, and the names of what was not checked."""
-        return "\n".join(self._lines(units, self._not_checked_keys()))
+        keys = ", ".join(each.key for each in self.checked.not_checked)
+        return "\n".join(self._lines(units, [f"Not checked: {keys} (--verbose: why)"] if keys else []))
 
     def full_text(self, units: str = "metric") -> str:
         """Return the verdict, and why something was not checked."""
         why = [f"  {each.key}: {each.why}" for each in self.checked.not_checked]
         return "\n".join(self._lines(units, ["Not checked:", *why] if why else []))
-
-    def _not_checked_keys(self) -> list[str]:
-        keys = ", ".join(each.key for each in self.checked.not_checked)
-        return [f"Not checked: {keys} (--verbose: why)"] if keys else []
 
     def _lines(self, units: str, not_checked: list[str]) -> list[str]:
         from autobalance.report.display_units import ON_SCREEN, in_units

@@ -89,6 +89,15 @@ def test_order_map_holds_orders_while_the_waterfall_s_lines_move() -> None:
     assert loudest == pytest.approx(fall.speeds_rpm / 60.0, abs=2.0)
 
 
+def test_a_waterfall_is_seen_through_the_window_that_was_asked_for() -> None:
+    between_bins = 40.5 * RATE / 4096
+    record = channel(np.cos(2.0 * np.pi * between_bins * np.arange(8 * RATE) / RATE), RATE)
+    flat, bell = (waterfall(record, name, RATE / 4.0) for name in ("flattop", "hann"))
+    assert flat.columns[1] == pytest.approx(RATE / 4096)
+    assert flat.amplitudes.max(axis=1) == pytest.approx(1.0, abs=2e-3)
+    assert bell.amplitudes.max(axis=1) == pytest.approx(8.0 / (3.0 * np.pi), abs=1e-3)
+
+
 def test_cuts_follow_amplitude_and_phase() -> None:
     _, angle, course = _run_up()
     speed = np.sqrt(1.0 + 4.0 * 28.0 / 12.0 / TURN * angle / 100.0)  # grows with the angle

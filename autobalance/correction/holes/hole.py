@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -52,15 +51,6 @@ class Hole:
     mouth: Moments
     reference_mm: float
     whole_mm: float
-
-    def of_radius(self, radius_mm: float) -> Hole:
-        """Return the hole of another drill in its place; the metal at its mouth in proportion to the area.
-
-        The tool begins farther out as the square of the radius, as far as a round rim falls away from it.
-        """
-        share = (radius_mm / self.radius_mm) ** 2
-        lift_mm = self.lift_mm * max(share, 1.0)
-        return replace(self, radius_mm=radius_mm, mouth=self.mouth.scaled(share), lift_mm=lift_mm)
 
     @property
     def point_mm(self) -> float:

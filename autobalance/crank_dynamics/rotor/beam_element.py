@@ -104,7 +104,6 @@ def stretch_of(section: ShaftSection, shares: Array, beam: BeamTheory) -> Stretc
 
 
 def elements_of(stretch: Stretch, degree: int) -> Elements:
-    length = stretch.length_m[:, None, None]
     moment, shear = _static_states(stretch, degree)
     deflection, rotation, moment, shear = _with_ends_apart(stretch, *_deflected(stretch, moment, shear))
     weights = gauss()[1] * stretch.length_m[:, None]
@@ -117,7 +116,7 @@ def elements_of(stretch: Stretch, degree: int) -> Elements:
     stiffness = product(moment, moment, 1.0 / stretch.bending_stiffness_n_m2)
     if stretch.shear:
         stiffness = stiffness + product(shear, shear, stretch.shear_flexibility_per_n)
-    scale = _bubble_scale(stiffness, length[:, 0, 0])
+    scale = _bubble_scale(stiffness)
     both = scale[:, :, None] * scale[:, None, :]
     return Elements(
         (product(deflection, deflection, stretch.line_mass_kg_m) + rotary) * both,
@@ -128,7 +127,7 @@ def elements_of(stretch: Stretch, degree: int) -> Elements:
     )
 
 
-def _bubble_scale(stiffness: Array, length_m: Array) -> Array:
+def _bubble_scale(stiffness: Array) -> Array:
     """Return factors (n, f) that give each inner function the stiffness of an end's deflection."""
     diagonal: Array = np.einsum("eff->ef", stiffness)
     scale = np.ones(diagonal.shape)

@@ -246,7 +246,11 @@ def _case(kind: Kind, values: Values) -> Case:
     if kind == "rolling":
         return _rolling(values)
     if kind == "squeeze_film":
-        return _plates(values)
+        return PlatesCase(
+            _lubricant(values, "viscosity_Pa_s", heats=False),
+            values["load_N"],
+            *(M_PER_MM * values[key] for key in ("film_mm", "length_mm", "width_mm")),
+        )
     if kind in ("hydrostatic", "hybrid") or values["supply"]:
         from autobalance.engines.bearings.fed_mesh import fed_case
 
@@ -408,11 +412,3 @@ def _four_sources(values: Values) -> FourSources:
     if not model.bore_mm < model.outer_mm:
         raise JobError(f"bore_mm is {model.bore_mm:g}; must be less than outer_mm, {model.outer_mm:g}")
     return model
-
-
-def _plates(values: Values) -> PlatesCase:
-    return PlatesCase(
-        _lubricant(values, "viscosity_Pa_s", heats=False),
-        values["load_N"],
-        *(M_PER_MM * values[key] for key in ("film_mm", "length_mm", "width_mm")),
-    )

@@ -120,7 +120,7 @@ def find_joined(
             return
         before = len(surfaces)
         faces, patches = Around.of(look, i, j, point, axis).patches(-1.0, 1.0 - 1e-8)
-        tries = _tries(look, _worth(look, np.split(faces, patches.starts[1:]), surface_of))
+        tries = _tries(look, _worth(look, np.split(faces, patches.starts[1:])))
         for piece, fits in tries.grouped(_profiles(points, tries, point, axis, tight)):
             left = piece
             for seed, fitted in fits:
@@ -242,10 +242,10 @@ def _pieces(look: Look, surface_of: Indices) -> list[Indices]:
     label = numbered_components(pairs.reshape(2, -1).T, len(faces))[0]
     order = np.argsort(label, kind="stable")
     cuts = np.flatnonzero(np.diff(label[order])) + 1
-    return _worth(look, np.split(faces[order], cuts), surface_of)
+    return _worth(look, np.split(faces[order], cuts))
 
 
-def _worth(look: Look, pieces: list[Indices], surface_of: Indices) -> list[Indices]:
+def _worth(look: Look, pieces: list[Indices]) -> list[Indices]:
     """Return the pieces at which most is at stake, the largest first."""
     pieces = [piece for piece in pieces if len(piece) >= LEAST_FACETS]
     stake = np.array([float(look.at_stake[piece].sum()) for piece in pieces])

@@ -74,7 +74,7 @@ def _cut(plan: Plan, deviations: Deviations) -> Moments:
 
 def _tools(plan: Plan, deviations: Deviations) -> list[tuple[Solid, bool]]:
     return [
-        (cut.tool(_depth(plan, number, depth, deviations)).moved(motion), cut.adds_metal)
+        (cut.tool(_depth(number, depth, deviations)).moved(motion), cut.adds_metal)
         for number, (cut, depth), motion in _cuts_with_motion(plan, deviations)
     ]
 
@@ -82,7 +82,7 @@ def _tools(plan: Plan, deviations: Deviations) -> list[tuple[Solid, bool]]:
 def _pressed_in(plan: Plan, deviations: Deviations) -> Moments:
     total = Moments.zero()
     for number, (cut, depth), motion in _cuts_with_motion(plan, deviations):
-        total = total + cut.pressed_in(_depth(plan, number, depth, deviations)).moved(motion)
+        total = total + cut.pressed_in(_depth(number, depth, deviations)).moved(motion)
     return total
 
 
@@ -102,7 +102,7 @@ def _cuts_with_motion(plan: Plan, deviations: Deviations) -> Iterator[tuple[int,
         yield number, cuts, motion
 
 
-def _depth(plan: Plan, number: int, depth_mm: float, deviations: Deviations) -> float:
+def _depth(number: int, depth_mm: float, deviations: Deviations) -> float:
     for label in (causes.DEPTH, f"{causes.DEPTH}[cut {number}]"):
         if label in deviations:
             return max(depth_mm + float(deviations[label][0]), 0.0)

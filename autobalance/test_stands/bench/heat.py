@@ -157,7 +157,7 @@ def heat_run(heat: BearingHeat, bearings: BenchBearings, weight_N: float, unbala
         friction_factor=best.friction_factor,
         time_constant_s=best.path.capacity_J_K / best.path.conductance_W_K,
         stages=_stages(best, moment, run, ends, speeds),
-        readings=_readings(best, moment, run),
+        readings=_readings(best, moment),
         fitted=[] if fitted is None else fitted.values,
         correlation=None if fitted is None else fitted.correlation,
         scatter_N_m=None if fitted is None else fitted.scatter_N_m,
@@ -237,7 +237,7 @@ def _stages(heat: BearingHeat, moment: Moment, run: Warming, ends: Array, speeds
     return stages
 
 
-def _readings(heat: BearingHeat, moment: Moment, run: Warming) -> list[HeatReading]:
+def _readings(heat: BearingHeat, moment: Moment) -> list[HeatReading]:
     if not heat.readings:
         return []
     celsius, torque = _at(heat, moment, [each.time_s for each in heat.readings])
