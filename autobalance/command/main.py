@@ -13,23 +13,12 @@ from importlib import import_module
 from io import TextIOWrapper
 from typing import Any, NoReturn, TextIO
 
-from autobalance import registry
+from autobalance import registry, runtime
 from autobalance.command import objects
 from autobalance.command.console import complain, fail, open_closed_streams, warn, written
 from autobalance.command.help_groups import CommandGroups
 from autobalance.errors import AutobalanceError, DecimalCommaWarning, UsageError, system_reason
 from autobalance.registry import VERBS
-from autobalance.runtime import (
-    collect_rarely,
-    ended_in_time,
-    interruptible,
-    keep_freed_memory,
-    one_thread_of_linear_algebra,
-    own_standard_output,
-    reading_noted,
-    silence_loggers,
-    takes_last_word,
-)
 from autobalance.version import __version__
 
 WAYS_IN = """\
@@ -55,17 +44,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code; never raises for anything a user can cause."""
     arguments = _as_called_here(sys.argv[1:] if argv is None else list(argv))
     open_closed_streams()
-    one_thread_of_linear_algebra()
+    runtime.one_thread_of_linear_algebra()
     if argv is None:  # the process is this command's alone
-        own_standard_output()
-        collect_rarely()
+        runtime.own_standard_output()
+        runtime.collect_rarely()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a terminal that knows no "·" or "²" shows "?"
             stream.reconfigure(errors="replace")
     if argv is None and _may_take_long(arguments):
         from autobalance.command.supervisor import supervised
 
-        silence_loggers()
+        runtime.silence_loggers()
 
         return supervised(lambda: _answered(arguments, is_alone=True), lambda: _stopped(arguments))
     return _answered(arguments, is_alone=argv is None)
@@ -97,7 +86,7 @@ def _answered(arguments: list[str], is_alone: bool) -> int:
 def _guarded(arguments: list[str], is_alone: bool) -> int:
     """Run a command; turn what may go wrong into a line and an exit code."""
     try:
-        with interruptible(), _commas_told():
+        with runtime.interruptible(), _commas_told():
             return _run(arguments, is_alone)
     except AutobalanceError as error:
         return fail(error.lines, error.exit_code)
@@ -138,7 +127,7 @@ def _commas_told() -> Iterator[None]:
 def _last_words() -> int:
     """Print that the command was stopped; return its exit code."""
     as_objects = objects.current()
-    if not takes_last_word():
+    if not runtime.takes_last_word():
         return INTERRUPTED_EXIT_CODE
     if as_objects is None:
         complain(f"autobalance: {INTERRUPTED_MESSAGE}")
@@ -165,15 +154,15 @@ def _run(arguments: list[str], is_alone: bool) -> int:
         parsed = _parser(listed, lambda name: name == called).parse_args(arguments)
     except SystemExit as stop:  # 0 for --help and --version, 2 for wrong use
         return stop.code if isinstance(stop.code, int) else 2
-    keep_freed_memory()
+    runtime.keep_freed_memory()
     from autobalance.command.shop_units import fill_in_units
     from autobalance.command.terminal import drawn_tables
 
     fill_in_units(parsed)
     if called == "app":  # a server, not one run: what it has read it may write again
         return int(parsed.run(parsed))
-    in_time = ended_in_time(_last_words) if is_alone else nullcontext()
-    with drawn_tables(), reading_noted(), in_time, _cache_of(parsed):
+    in_time = runtime.ended_in_time(_last_words) if is_alone else nullcontext()
+    with drawn_tables(), runtime.reading_noted(), in_time, _cache_of(parsed):
         return int(parsed.run(parsed))
 
 

@@ -11,21 +11,7 @@ from typing import Any, TypeGuard
 
 from autobalance.balancing.measured_crank import measure_crank
 from autobalance.errors import AutobalanceError, BodiesError, FileError, JobError, RecognitionError
-from autobalance.job import Job, JobSource, as_job, parse
-from autobalance.job.from_options import (
-    JOB_NAME,
-    KEYS,
-    Options,
-    filled_in,
-    given,
-    job_text,
-    missing_options,
-    refuse_beside_job,
-    refuse_missing,
-    tables_of_options,
-    was_changed,
-    with_shop_of,
-)
+from autobalance.job import Job, JobSource, as_job, from_options, parse
 from autobalance.job.layout import with_shop
 from autobalance.job.model import Crankshaft
 from autobalance.job.read import STAND_INS, load
@@ -62,7 +48,7 @@ def options_of_crank(
     grade: float | str | None = None,
     speed_rpm: float | str | None = None,
     method: str | Sequence[str] | None = None,
-) -> Options:
+) -> from_options.Options:
     """Return the options of a crank's file in place of a job, by name; each stands for a key of the job.
 
     Parameters
@@ -120,7 +106,7 @@ def is_crank(source: object) -> TypeGuard[str | Path]:
 def job_given(
     verb: str,
     source: JobSource,
-    options: Options,
+    options: from_options.Options,
     settings: Sequence[str] = (),
     folder: str | Path | None = None,
     more_open: Collection[str] = (),
@@ -152,21 +138,23 @@ def job_given(
     _refuse_unknown(verb, options)
     may_lack = (*OPEN[verb], *more_open)
     if not is_crank(source):
-        if given(options):
+        if from_options.given(options):
             named = Path(source).name if isinstance(source, str | os.PathLike) else "what was given"
-            refuse_beside_job(options, named)
+            from_options.refuse_beside_job(options, named)
         return as_job(source, settings, may_lack)
     crank = Path(source)
     if not crank.exists():
         raise FileError(f"{crank} does not exist")
-    tables = tables_of_options(options, settings)
-    missing = missing_options(verb, crank, tables)
-    refuse_missing(verb, crank, [n for n in missing if KEYS[n] not in may_lack], options, settings)
+    tables = from_options.tables_of_options(options, settings)
+    missing = from_options.missing_options(verb, crank, tables)
+    from_options.refuse_missing(
+        verb, crank, [n for n in missing if from_options.KEYS[n] not in may_lack], options, settings
+    )
     return job_of_tables(crank, tables, folder, may_lack)
 
 
-def _refuse_unknown(verb: str, options: Options) -> None:
-    unknown = [name for name in options if name not in KEYS]
+def _refuse_unknown(verb: str, options: from_options.Options) -> None:
+    unknown = [name for name in options if name not in from_options.KEYS]
     if unknown:
         raise TypeError(f"{verb}() got an unexpected keyword argument {unknown[0]!r}")
 
@@ -175,13 +163,15 @@ def job_of_tables(
     crank: Path, tables: Mapping[str, Any], folder: str | Path | None = None, may_lack: Collection[str] = ()
 ) -> Job:
     """Return the job of a crank's file with tables of keys; its file will be in the folder of the results."""
-    place = (default_folder(crank) if folder is None else Path(folder)) / JOB_NAME
+    place = (default_folder(crank) if folder is None else Path(folder)) / from_options.JOB_NAME
     named = {"file": seen_from(place.parent, crank), **tables["crankshaft"]}
-    own = with_shop_of({**tables, "crankshaft": named}, crank)
+    own = from_options.with_shop_of({**tables, "crankshaft": named}, crank)
     job = parse(with_shop(own, place.parent), place, may_lack=may_lack)
     crankshaft = replace(job.crankshaft, file=crank)  # the folder of the results may not be there yet
     return replace(
-        job, crankshaft=crankshaft, unwritten=filled_in(own, [key for key in STAND_INS if key in job.lacks])
+        job,
+        crankshaft=crankshaft,
+        unwritten=from_options.filled_in(own, [key for key in STAND_INS if key in job.lacks]),
     )
 
 
@@ -236,7 +226,7 @@ def job_file(job: Job, folder: Path) -> bytes:
     tables = dict(job.unwritten)
     if job.crankshaft.file is not None:
         tables["crankshaft"] = {**tables["crankshaft"], "file": seen_from(folder, job.crankshaft.file)}
-    return job_text(tables).encode()
+    return from_options.job_text(tables).encode()
 
 
 def refuse_changed(job: Job, folder: Path) -> None:
@@ -247,8 +237,8 @@ def refuse_changed(job: Job, folder: Path) -> None:
     FileError
         If the job file exists.
     """
-    place = folder / JOB_NAME
-    if job.unwritten is not None and was_changed(place):
+    place = folder / from_options.JOB_NAME
+    if job.unwritten is not None and from_options.was_changed(place):
         raise FileError(
             f"{place} was changed and would be lost; run `autobalance balance {place}`, or choose another"
             " folder with -o"
@@ -259,8 +249,8 @@ def staged_job(job: Job, folder: Path, staging: Staging) -> tuple[Path, ...]:
     """Stage the file of a job that stands for options; nothing of one that has its file."""
     if job.unwritten is None:
         return ()
-    staging.add(folder / JOB_NAME, job_file(job, folder))
-    return (folder / JOB_NAME,)
+    staging.add(folder / from_options.JOB_NAME, job_file(job, folder))
+    return (folder / from_options.JOB_NAME,)
 
 
 def write_job(job: Job | None) -> None:

@@ -22,19 +22,8 @@ from autobalance.solid.csg.difference import differences
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source
 from autobalance.value_classes import dataclass
+from autobalance.verification import cut_values
 from autobalance.verification.claims import Claims
-from autobalance.verification.cut_values import (
-    THICKNESS_IN_ROUNDINGS,
-    VALUE_TOLERANCE_SHARE,
-    SeparatedMetal,
-    check_file_place,
-    check_implied,
-    check_label,
-    check_place,
-    check_within_limits,
-    compare,
-    shared_out,
-)
 from autobalance.verification.solids import Files
 
 SAME_POINT_DEG = 1e-6
@@ -103,23 +92,23 @@ def check_corrections(claims: Claims, change: Change, first_number: int | None =
         part.hold("kind")
         part.same("number", number)
         _check_point(claims, part, change.limits(part))
-        check_place(part)
-        check_file_place(part, change.anatomy.rotor_to_file)
+        cut_values.check_place(part)
+        cut_values.check_file_place(part, change.anatomy.rotor_to_file)
         if not _is_kept_unused(claims, part):
             traces.append(KINDS[name].trace(part.values))
     _check_sum(claims, parts, change)
     _check_plan_kept(claims, parts)
     parts = [part for part in parts if part.get("depth_mm", float) != 0.0]
     for part in parts:
-        check_within_limits(part, change.limits(part))
+        cut_values.check_within_limits(part, change.limits(part))
     files, key = change.files, (id(change.before), id(change.after))
     metal = files.once(("gone", *key), lambda: _gone(change))
     crank = files.once(("before", *key), lambda: _before(change))
     _check_faces(claims, crank)
-    shared = shared_out(metal, parts, traces, crank, change.near_mm)
+    shared = cut_values.shared_out(metal, parts, traces, crank, change.near_mm)
     for part, trace, pieces in zip(parts, traces, shared, strict=True):
         _check_one(part, trace, pieces, change, crank)
-        check_label(part)
+        cut_values.check_label(part)
 
 
 def check_nothing_cut(claims: Claims) -> None:
@@ -231,19 +220,19 @@ def _check_sum(claims: Claims, parts: Sequence[Claims], change: Change) -> None:
     rounding = change.density_g_mm3 * 0.5 * float(mesh.doubled_areas.sum()) * change.near_mm
     off_g = abs(total.mass_g - change.whole.mass_g)
     off_g_mm = float(np.linalg.norm(total.first_g_mm[:2] - change.whole.first_g_mm[:2]))
-    if not off_g <= VALUE_TOLERANCE_SHARE * moved_g + rounding:
+    if not off_g <= cut_values.VALUE_TOLERANCE_SHARE * moved_g + rounding:
         raise ClaimError(
             f"{claims.name}: corrections take {-total.mass_g:.6g} g together, "
             f"but {-change.whole.mass_g:.6g} g are gone"
         )
-    if not off_g_mm <= VALUE_TOLERANCE_SHARE * moved_g_mm + rounding * mesh.diagonal_mm:
+    if not off_g_mm <= cut_values.VALUE_TOLERANCE_SHARE * moved_g_mm + rounding * mesh.diagonal_mm:
         raise ClaimError(
             f"{claims.name}: corrections change the unbalance by {_vector(total)} g·mm together, "
             f"but it changed by {_vector(change.whole)}"
         )
     near_g, near_g_mm = (
-        VALUE_TOLERANCE_SHARE * moved_g + rounding,
-        VALUE_TOLERANCE_SHARE * moved_g_mm + rounding * mesh.diagonal_mm,
+        cut_values.VALUE_TOLERANCE_SHARE * moved_g + rounding,
+        cut_values.VALUE_TOLERANCE_SHARE * moved_g_mm + rounding * mesh.diagonal_mm,
     )
     claims.note("corrections: mass that goes", -total.mass_g, -change.whole.mass_g, near_g)
     sums = total.first_g_mm[:2].tolist(), change.whole.first_g_mm[:2].tolist()
@@ -272,17 +261,21 @@ def _is_skin(part: Claims, skin: Solid, near_mm: float) -> bool:
 
     A rim that is turned by little more than its facets are back loses a film between two polygons.
     """
-    if abs(part.get("depth_mm", float)) <= 2.0 * THICKNESS_IN_ROUNDINGS * near_mm:  # a layer has two sides
+    if (
+        abs(part.get("depth_mm", float)) <= 2.0 * cut_values.THICKNESS_IN_ROUNDINGS * near_mm
+    ):  # a layer has two sides
         return True
     listed = abs(part.get("removed_volume_mm3", float))
     off = abs(listed - skin.volume_mm3)
-    return skin.volume_mm3 > 0.0 and off <= VALUE_TOLERANCE_SHARE * listed + near_mm * skin.area_mm2
+    return (
+        skin.volume_mm3 > 0.0 and off <= cut_values.VALUE_TOLERANCE_SHARE * listed + near_mm * skin.area_mm2
+    )
 
 
 def _check_one(
     part: Claims,
     trace: Trace | None,
-    seen: SeparatedMetal,
+    seen: cut_values.SeparatedMetal,
     change: Change,
     crank: Before,
 ) -> None:
@@ -290,7 +283,7 @@ def _check_one(
     if limits is not None:
         limits = clear_of_roughness(limits, change.anatomy)  # as it was planned
     if trace is not None:
-        check_implied(part, trace.implied(crank, limits))
+        cut_values.check_implied(part, trace.implied(crank, limits))
     mine, is_torn = seen.metal, seen.is_torn
     if trace is None or mine is None:
         part.ledger.why_not[part.place] = OTHER_KIND if trace is None else TOUCHING_METAL
@@ -332,4 +325,4 @@ def _check_one(
     if not kind.needs_faces:
         measured["face"] = None
     scan = change.anatomy.scan
-    compare(part, measured, metal, 0.0 if scan is None else scan.roughness_mm)
+    cut_values.compare(part, measured, metal, 0.0 if scan is None else scan.roughness_mm)

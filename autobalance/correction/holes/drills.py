@@ -10,20 +10,11 @@ from typing import Annotated, Literal, Protocol
 
 import numpy as np
 
+from autobalance.correction import relaxing
 from autobalance.correction.contract import Item, Limits
 from autobalance.correction.cut import on_step
 from autobalance.correction.holes.surface import CONTINUATION_RAD, Zone
 from autobalance.correction.kind import Workpiece
-from autobalance.correction.relaxing import (
-    ALL_AROUND,
-    STEP,
-    Direction,
-    Sectors,
-    refuse_direction,
-    refuse_out_of_range,
-    refuse_sectors,
-    refuse_sizes,
-)
 from autobalance.crank.anatomy import Anatomy
 from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Range, TypedIn
 from autobalance.errors import CorrectionError
@@ -145,18 +136,18 @@ class DrillLimits(Limits):
         ``recut`` and at ``positions``.
     """
 
-    direction: Direction = "radial"
+    direction: relaxing.Direction = "radial"
     diameters_mm: Annotated[tuple[float, ...] | None, POSITIVE] = None
     series: Annotated[Series | tuple[Series | float, ...] | None, POSITIVE, TypedIn("mm")] = None
     max_drills: Annotated[int, COUNTED] = 2
     point_angle_deg: Annotated[float, POINT] = 118.0
     min_depth_mm: Annotated[float, NOT_NEGATIVE] = 2.0
     max_depth_mm: Annotated[float, POSITIVE] = 25.0
-    depth_step_mm: Annotated[float, STEP] = 0.1
+    depth_step_mm: Annotated[float, relaxing.STEP] = 0.1
     max_holes: Annotated[int, COUNTED] = 6
     min_wall_mm: Annotated[float, NOT_NEGATIVE] = 3.0
     min_spacing_mm: Annotated[float, NOT_NEGATIVE] = 3.0
-    sectors_deg: Sectors = ALL_AROUND
+    sectors_deg: relaxing.Sectors = relaxing.ALL_AROUND
     positions: tuple[tuple[float, ...], ...] | None = None
     zone: Zone = "counterweights"
     max_obliquity_deg: Annotated[float, OBLIQUITY] = 15.0
@@ -165,16 +156,16 @@ class DrillLimits(Limits):
 
     def __post_init__(self) -> None:
         """Refuse limits that contradict each other."""
-        refuse_direction("drill", self.direction)
+        relaxing.refuse_direction("drill", self.direction)
         if self.zone not in ZONES:
             expected = ", ".join(map(repr, ZONES))
             raise CorrectionError(f"drill.zone is {self.zone!r}; must be one of {expected}")
         if self.diameters_mm is not None:
-            refuse_sizes("drill", "diameters_mm", "diameter", self.diameters_mm)
+            relaxing.refuse_sizes("drill", "diameters_mm", "diameter", self.diameters_mm)
         self._refuse_series()
         self._refuse_positions()
-        refuse_sectors("drill", self.sectors_deg)
-        refuse_out_of_range("drill", self)
+        relaxing.refuse_sectors("drill", self.sectors_deg)
+        relaxing.refuse_out_of_range("drill", self)
         if not self.min_depth_mm <= self.max_depth_mm < math.inf:
             raise CorrectionError(
                 f"drill.min_depth_mm = {self.min_depth_mm:g} is above max_depth_mm = {self.max_depth_mm:g}"
@@ -196,7 +187,7 @@ class DrillLimits(Limits):
                 "drill.series and drill.diameters_mm both name the drills; leave one of them out"
             )
         parts = (self.series,) if isinstance(self.series, str) else self.series
-        refuse_sizes("drill", "series", "drill or series", parts)
+        relaxing.refuse_sizes("drill", "series", "drill or series", parts)
         for part in parts:
             if isinstance(part, str) and part not in SERIES:
                 expected = ", ".join(map(repr, SERIES))
@@ -205,7 +196,7 @@ class DrillLimits(Limits):
     def _refuse_positions(self) -> None:
         if self.positions is None:
             return
-        refuse_sizes("drill", "positions", "position", self.positions)
+        relaxing.refuse_sizes("drill", "positions", "position", self.positions)
         numbers = 2 if self.direction == "radial" else 3
         form = "[angle_deg, z_mm]" if numbers == 2 else "[angle_deg, z_mm, radius_mm]"
         for place, each in enumerate(self.positions, 1):
@@ -269,7 +260,7 @@ class _Limits(Protocol):
     @property
     def at_hand_mm(self) -> tuple[float, ...]: ...
     @property
-    def direction(self) -> Direction: ...
+    def direction(self) -> relaxing.Direction: ...
     @property
     def min_wall_mm(self) -> float: ...
     @property

@@ -6,6 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from typing import Annotated, Any
 
+from autobalance.correction import relaxing
 from autobalance.correction.contract import Correction, Envelope, Limits, bar
 from autobalance.correction.cut import WalledCut
 from autobalance.correction.holes.bores import BlindHole, blind_holes, fitting_mm
@@ -13,15 +14,6 @@ from autobalance.correction.holes.hole import FLAT_BOTTOM_RAD, Hole
 from autobalance.correction.holes.sites import in_sectors
 from autobalance.correction.holes.surface import Axis, Surface
 from autobalance.correction.kind import Workpiece
-from autobalance.correction.relaxing import (
-    ALL_AROUND,
-    Direction,
-    Sectors,
-    refuse_direction,
-    refuse_out_of_range,
-    refuse_sectors,
-    refuse_sizes,
-)
 from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid
@@ -198,22 +190,22 @@ class SlugLimits(Limits):
         Blind holes that exist, of a slug's diameter to 2 %, may be filled.
     """
 
-    direction: Direction = "axial"
+    direction: relaxing.Direction = "axial"
     diameters_mm: Annotated[tuple[float, ...], POSITIVE] = (25.4,)
     lengths_mm: Annotated[tuple[float, ...], POSITIVE] = (12.7, 25.4)
     density_kg_m3: Annotated[float, POSITIVE] = 17000.0
     max_slugs: Annotated[int, COUNTED] = 4
     min_wall_mm: Annotated[float, NOT_NEGATIVE] = 4.0
-    sectors_deg: Sectors = ALL_AROUND
+    sectors_deg: relaxing.Sectors = relaxing.ALL_AROUND
     fill: bool = False
 
     def __post_init__(self) -> None:
         """Refuse limits that contradict each other."""
-        refuse_direction("slug", self.direction)
-        refuse_sizes("slug", "diameters_mm", "diameter", self.diameters_mm)
-        refuse_sectors("slug", self.sectors_deg)
-        refuse_sizes("slug", "lengths_mm", "length", self.lengths_mm)
-        refuse_out_of_range("slug", self)
+        relaxing.refuse_direction("slug", self.direction)
+        relaxing.refuse_sizes("slug", "diameters_mm", "diameter", self.diameters_mm)
+        relaxing.refuse_sectors("slug", self.sectors_deg)
+        relaxing.refuse_sizes("slug", "lengths_mm", "length", self.lengths_mm)
+        relaxing.refuse_out_of_range("slug", self)
 
     @property
     def settles_webs(self) -> bool:

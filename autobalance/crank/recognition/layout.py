@@ -9,21 +9,11 @@ from itertools import pairwise, permutations
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalance.crank.recognition import through_shaft
 from autobalance.crank.recognition.bores import bore_runs, bored_arm, pieces_around, shaft_bores, single_web
 from autobalance.crank.recognition.cylinder_runs import ROUNDING, SAME_CENTRE, CylinderRun
 from autobalance.crank.recognition.datums import shaft_marks
 from autobalance.crank.recognition.section_stack import SectionStack, encloses
-from autobalance.crank.recognition.through_shaft import (
-    JournalChoice,
-    clear_of,
-    find_eccentrics,
-    holds,
-    journal_choices,
-    pins_beside_shaft,
-    shafts_within,
-    shared_mm,
-    with_eccentrics,
-)
 from autobalance.errors import RecognitionError
 from autobalance.types import Array
 from autobalance.value_classes import dataclass
@@ -74,7 +64,7 @@ class JournalLayout:
 
     @classmethod
     def chosen(
-        cls, axis: Array, choices: Sequence[JournalChoice], pins: Sequence[CylinderRun]
+        cls, axis: Array, choices: Sequence[through_shaft.JournalChoice], pins: Sequence[CylinderRun]
     ) -> JournalLayout:
         """Return the layout of the main journals that were chosen."""
         journals, others = (tuple(getattr(each, key) for each in choices) for key in ("run", "other"))
@@ -235,7 +225,9 @@ def solid_layout(
     on_axis = crank_axis(long, runs, given_axis)
     _refuse_gap(long)
     axis = mean_centre(on_axis)
-    runs = with_eccentrics(runs, find_eccentrics(long, on_axis, axis, rounding_mm))
+    runs = through_shaft.with_eccentrics(
+        runs, through_shaft.find_eccentrics(long, on_axis, axis, rounding_mm)
+    )
     others = [run for run in runs if all(run is not other for other in on_axis)]
     pins = _crankpins(long, on_axis, others)
     bent = [run for run in others if pins and _is_out_of_line(run, pins, axis)]
@@ -317,11 +309,11 @@ def layout_of(
     long: SectionStack, on_axis: Sequence[CylinderRun], pins: Sequence[CylinderRun], axis: Array
 ) -> JournalLayout:
     """Return the layout of cylinders on the axis and crankpins, journals chosen clear of the crankpins."""
-    parts = clear_of(on_axis, pins)
-    choices = journal_choices(long, [part for part, _ in parts] or on_axis, pins, axis)
+    parts = through_shaft.clear_of(on_axis, pins)
+    choices = through_shaft.journal_choices(long, [part for part, _ in parts] or on_axis, pins, axis)
     chosen = JournalLayout.chosen(axis, choices, pins)
     journals = [next((run for part, run in parts if part is one), one) for one in chosen.journals]
-    shafts = shafts_within(long, on_axis, pins, axis)
+    shafts = through_shaft.shafts_within(long, on_axis, pins, axis)
     return replace(chosen, journals=tuple(journals), shafts=shafts)
 
 
@@ -371,7 +363,7 @@ def completed(long: SectionStack, layout: JournalLayout) -> JournalLayout:
         for run in layout.chosen_from
         if float(np.linalg.norm(run.centre - layout.axis)) < SAME_CENTRE * run.radius
     ]
-    shafts = layout.shafts or shafts_within(long, on_axis, layout.pins, layout.axis)
+    shafts = layout.shafts or through_shaft.shafts_within(long, on_axis, layout.pins, layout.axis)
     bored = layout.bored or (len(layout.journals) == 1 and _in_web(long, layout.journals[0]))
     lone = layout.lone_bores or (len(layout.pins) == 1 and _in_web(long, layout.pins[0]))
     return replace(layout, shafts=shafts, bored=bored, lone_bores=lone)
@@ -418,11 +410,13 @@ def _crankpins(
     alone = [
         run
         for run in others
-        if all(shared_mm(run, other) < slack for other in [*on_axis, *others] if other is not run)
+        if all(
+            through_shaft.shared_mm(run, other) < slack for other in [*on_axis, *others] if other is not run
+        )
     ]
     alone = _without_discs(on_axis, alone)
     if not alone:
-        alone = pins_beside_shaft(long, on_axis, others, slack)
+        alone = through_shaft.pins_beside_shaft(long, on_axis, others, slack)
     low, high = on_axis[0].z_low, on_axis[-1].z_high
     between = [run for run in alone if low < run.z_mid < high]
     axis = mean_centre(on_axis)
@@ -473,7 +467,7 @@ def _without_discs(on_axis: Sequence[CylinderRun], others: Sequence[CylinderRun]
             if any(disc is run for run in kept)
             and any(pin is run for run in kept)
             and not _same_line(disc, pin)
-            and holds(disc, pin, disc.centre)
+            and through_shaft.holds(disc, pin, disc.centre)
         ]
         if not discs:
             return kept

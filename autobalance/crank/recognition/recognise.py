@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, MainJournal, Overrides, Pin, PinHint, Throw, Typed
+from autobalance.crank.recognition import given
 from autobalance.crank.recognition.bores import bore_runs
 from autobalance.crank.recognition.candidates import Views, axis_candidates
 from autobalance.crank.recognition.cylinder_runs import (
@@ -22,16 +23,6 @@ from autobalance.crank.recognition.cylinder_runs import (
 from autobalance.crank.recognition.cylinders import all_cylinders, own_direction, own_layout
 from autobalance.crank.recognition.datums import find_datums
 from autobalance.crank.recognition.doubts import axis_doubts, journal_doubts, on_surface
-from autobalance.crank.recognition.given import (
-    given_axis,
-    hinted,
-    left_out_by_job,
-    refuse_impossible,
-    refuse_incomplete,
-    refuse_unexplained,
-    upright,
-    without_given_keys,
-)
 from autobalance.crank.recognition.layout import (
     GapError,
     JournalLayout,
@@ -113,7 +104,7 @@ def _explained(
             texts = contradictions(recognise(solid, plain, cylinders), overrides)
     if not texts:
         end = ". Correct it" if isinstance(error, NothingThereError) else ""
-        return without_given_keys(str(error), overrides) + end
+        return given.without_given_keys(str(error), overrides) + end
     if isinstance(error, NothingThereError):
         return f"{error}; {'; '.join(texts)}. Correct it"
     fault = str(error).rpartition("; ")[0] or str(error)
@@ -148,7 +139,7 @@ def _recognised(solid: Solid, overrides: Overrides, cylinders: Sequence[Cylinder
 
 def _as_drawn(mesh: Mesh, overrides: Overrides, cylinders: Sequence[CylinderFace], flat: float) -> Anatomy:
     """Return the crank of a mesh whose surfaces are taken for drawn ones, or for a scan's where none is."""
-    axis = given_axis(overrides)
+    axis = given.given_axis(overrides)
     if axis is not None and overrides.crankpins is not None and overrides.main_journals is not None:
         return _from_job(mesh, overrides, axis)
     views = Views(mesh)
@@ -215,7 +206,7 @@ def _fallen_back(rough: RoughMesh, drawn: Anatomy, overrides: Overrides, flat: f
     """Return a rough crank recognised as drawn with its roughness, and why it was not as a scan."""
     from autobalance.crank.recognition.scanned import rough_as_drawn  # for rough cranks alone
 
-    held = given_axis(overrides) is not None
+    held = given.given_axis(overrides) is not None
     found = rough_as_drawn(
         rough,
         drawn,
@@ -266,14 +257,14 @@ def _scanned(rough: RoughMesh, overrides: Overrides) -> Anatomy:
     """Return the crank of a scan."""
     from autobalance.crank.recognition.scanned import rough_directions, scanned_along  # for scans alone
 
-    axis = given_axis(overrides)
+    axis = given.given_axis(overrides)
     directions = rough_directions(rough) if axis is None else iter([axis[1]])
     refusals: list[tuple[int, RecognitionError]] = []
     for direction in directions:
         try:
             return scanned_along(
                 rough,
-                upright(direction),
+                given.upright(direction),
                 axis is not None,
                 lambda long, runs: _layout(long, runs, overrides, 0.0),
                 lambda long, layout: _anatomy(rough.mesh, long, layout, overrides, 0.0),
@@ -305,13 +296,13 @@ class _NotHereError(Exception):
 
 
 def _directions(mesh: Mesh, overrides: Overrides) -> Iterator[Array]:
-    stated_axis = given_axis(overrides)
+    stated_axis = given.given_axis(overrides)
     if stated_axis is not None:
         yield stated_axis[1]
         return
     rows, weight = mesh.sample
     for axis in axis_candidates(weight[:, None] * mesh.area_vectors.take(rows, axis=0)):
-        yield upright(axis)
+        yield given.upright(axis)
 
 
 def _along(
@@ -319,17 +310,17 @@ def _along(
 ) -> Anatomy:
     """Return the crank along one direction, which is refined unless the job or the solid fixes it."""
     mesh, rounding = views.mesh, views.rounding_mm
-    fixed: object = given_axis(overrides)
+    fixed: object = given.given_axis(overrides)
     own = None if fixed is not None else own_direction(direction, cylinders)
     if own is not None:
-        direction, fixed = upright(own), own
+        direction, fixed = given.upright(own), own
     for _ in range(3):
         long, runs = views.along(direction)
         layout = _layout(long, runs, overrides, rounding)
         if fixed is not None:
             break
         line = common_axis(long, layout.journals, rounding)
-        measured = upright(long.turn[:3, :3].T @ line[1])
+        measured = given.upright(long.turn[:3, :3].T @ line[1])
         tilt = float(np.linalg.norm(measured - direction))
         direction = measured
         if tilt * long.length_mm <= rounding:  # less than the file's own rounding
@@ -432,7 +423,7 @@ def _stated(
     long: SectionStack, hints: Sequence[PinHint], runs: Sequence[CylinderRun], key: str, rounding: float
 ) -> list[CylinderRun]:
     """Return the cylinders or bores of a job's hints."""
-    return [hinted(long, hint, _known(long, runs, hint, rounding), key) for hint in hints]
+    return [given.hinted(long, hint, _known(long, runs, hint, rounding), key) for hint in hints]
 
 
 def _known(
@@ -503,8 +494,8 @@ def _anatomy(
     start = first.z_mid
     webs = tuple(replace(web, z_min_mm=web.z_min_mm - start, z_max_mm=web.z_max_mm - start) for web in here)
     if overrides.crankpins is None and overrides.main_journals is None:
-        refuse_incomplete(layout, webs, first.z_mid)
-        refuse_unexplained(long, layout, here)
+        given.refuse_incomplete(layout, webs, first.z_mid)
+        given.refuse_unexplained(long, layout, here)
     journals = tuple(
         MainJournal(_place(local, run), 2.0 * run.radius, run.width, number)
         for number, run in enumerate(layout.journals, 1)
@@ -513,8 +504,8 @@ def _anatomy(
     told = all_cylinders(long, layout, here, overrides, cylinders, rounding, local)
     typed = typed_and_found(mesh, long, layout, overrides, rounding, local)
     if not typed.is_bored:
-        typed = replace(typed, left_out=left_out_by_job(long, layout, here, overrides))
-    refuse_impossible(long, layout, here, overrides.crankpins is not None)
+        typed = replace(typed, left_out=given.left_out_by_job(long, layout, here, overrides))
+    given.refuse_impossible(long, layout, here, overrides.crankpins is not None)
     off = _misalignment(layout, typed)
     found = Anatomy(local @ long.turn, journals, throws, webs, off, datums, cylinders=told, typed=typed)
     doubts = (

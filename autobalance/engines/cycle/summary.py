@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from autobalance.declare import ABSENT, Absent
+from autobalance.engines.cycle import figures
 from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.engines.cycle.factors import (
     FactorRow,
@@ -18,23 +19,6 @@ from autobalance.engines.cycle.factors import (
     inertia_figures,
     key_figures,
     reciprocating_figures,
-)
-from autobalance.engines.cycle.figures import (
-    CycleLoads,
-    CycleSpeed,
-    CycleSummary,
-    CycleTorque,
-    CylinderFigures,
-    FactorFigures,
-    FactorLoads,
-    FirstCylinder,
-    KeyFigureTable,
-    NumberedCylinder,
-    PendulumFigures,
-    RunUpPoint,
-    ShareFigures,
-    SweepRow,
-    ThrowCounterweight,
 )
 from autobalance.engines.cycle.firing_engine import as_complex
 from autobalance.engines.cycle.load_figures import Carrier, numbered_loads
@@ -58,7 +42,7 @@ def cycle_summary(
     factors: Sequence[float],
     fluctuation: float | None,
     least_film_mm: Sequence[float | None] | None = None,
-) -> CycleSummary:
+) -> figures.CycleSummary:
     """Return the summary of a cycle.
 
     Parameters
@@ -73,12 +57,12 @@ def cycle_summary(
     """
     firing = analysis.firing
     cylinders = [
-        NumberedCylinder(places=places, figures=CylinderFigures.of(cycle))
+        figures.NumberedCylinder(places=places, figures=figures.CylinderFigures.of(cycle))
         for places, cycle in zip(dead_centres(firing.engine), firing.cycles, strict=True)
     ]
     films = [ABSENT] * len(factors) if least_film_mm is None else least_film_mm
     rows = factor_rows(firing, factors, analysis.speed_rad_s)
-    return CycleSummary(
+    return figures.CycleSummary(
         strokes=firing.strokes,
         firing_rad=firing.firing_rad,
         cylinder=_first(cylinders[0]),
@@ -94,9 +78,9 @@ def cycle_summary(
     )
 
 
-def _first(cylinder: NumberedCylinder) -> FirstCylinder:
+def _first(cylinder: figures.NumberedCylinder) -> figures.FirstCylinder:
     places = cylinder.places
-    return FirstCylinder(
+    return figures.FirstCylinder(
         stroke_mm=places.stroke_mm,
         top_dead_centre_deg=places.top_dead_centre_deg,
         bottom_dead_centre_deg=places.bottom_dead_centre_deg,
@@ -104,8 +88,8 @@ def _first(cylinder: NumberedCylinder) -> FirstCylinder:
     )
 
 
-def _torque(cycle: CycleAnalysis) -> CycleTorque:
-    return CycleTorque(
+def _torque(cycle: CycleAnalysis) -> figures.CycleTorque:
+    return figures.CycleTorque(
         mean_n_m=cycle.mean_n_m,
         greatest_n_m=float(cycle.total_n_m.max()),
         least_n_m=float(cycle.total_n_m.min()),
@@ -116,9 +100,9 @@ def _torque(cycle: CycleAnalysis) -> CycleTorque:
     )
 
 
-def _speed(cycle: CycleAnalysis, fluctuation: float | None) -> CycleSpeed:
+def _speed(cycle: CycleAnalysis, fluctuation: float | None) -> figures.CycleSpeed:
     uneven = cycle.uneven_speed
-    return CycleSpeed(
+    return figures.CycleSpeed(
         mean_rad_s=None if uneven is None else uneven.mean_rad_s,
         fluctuation=None if uneven is None else uneven.fluctuation,
         greatest_rad_s=None if uneven is None else uneven.greatest_rad_s,
@@ -130,7 +114,7 @@ def _speed(cycle: CycleAnalysis, fluctuation: float | None) -> CycleSpeed:
     )
 
 
-def _run_up(cycle: CycleAnalysis) -> list[RunUpPoint] | None:
+def _run_up(cycle: CycleAnalysis) -> list[figures.RunUpPoint] | None:
     """Return times of the unloaded engine at each fifth of its speed; None where friction holds it."""
     speeds = np.linspace(RUN_UP_FROM, 1.0, 5) * cycle.speed_rad_s
     mains = MainLoads.of(cycle.firing)
@@ -138,7 +122,7 @@ def _run_up(cycle: CycleAnalysis) -> list[RunUpPoint] | None:
     if times is None:
         return None
     return [
-        RunUpPoint(speed_rad_s=float(speed), time_s=float(time))
+        figures.RunUpPoint(speed_rad_s=float(speed), time_s=float(time))
         for speed, time in zip(speeds, times, strict=True)
     ]
 
@@ -153,9 +137,9 @@ def _big_ends_on(cycle: CycleAnalysis) -> list[Carrier | Absent]:
     ]
 
 
-def _loads(cycle: CycleAnalysis) -> CycleLoads:
+def _loads(cycle: CycleAnalysis) -> figures.CycleLoads:
     loads = cycle.loads
-    return CycleLoads(
+    return figures.CycleLoads(
         crankpins=numbered_loads(cycle.peaks(cycle.crankpins_n)),
         big_ends=numbered_loads(cycle.peaks(loads.crankpin_n), _big_ends_on(cycle)),
         wrist_pins=numbered_loads(cycle.peaks(loads.wrist_pin_n)),
@@ -164,8 +148,8 @@ def _loads(cycle: CycleAnalysis) -> CycleLoads:
     )
 
 
-def _factor_loads(row: FactorRow, least_film_mm: float | Absent | None) -> FactorLoads:
-    return FactorLoads(
+def _factor_loads(row: FactorRow, least_film_mm: float | Absent | None) -> figures.FactorLoads:
+    return figures.FactorLoads(
         factor=row.factor,
         greatest_main_n=row.greatest_main_n,
         mean_main_n=row.mean_main_n,
@@ -180,7 +164,7 @@ def sweep_rows(
     speeds_rad_s: Sequence[float],
     factors: Sequence[float],
     least_film_mm: Sequence[Sequence[float | None]] | None = None,
-) -> list[SweepRow]:
+) -> list[figures.SweepRow]:
     """Return loads, friction and torque of ideal cranks by speed, then factor, at unchanged pressures."""
     mains, gas = MainLoads.of(cycle.firing), cycle.firing.gas_mean_n_m
     films = [[None] * len(factors)] * len(speeds_rad_s) if least_film_mm is None else least_film_mm
@@ -190,7 +174,7 @@ def sweep_rows(
         for factor, film in zip(factors, of_speed, strict=True)
     ]
     return [
-        SweepRow(
+        figures.SweepRow(
             speed_rad_s=speed,
             factor=row.factor,
             greatest_main_n=row.greatest_main_n,
@@ -203,7 +187,7 @@ def sweep_rows(
     ]
 
 
-def _counterweights(cycle: CycleAnalysis) -> list[ThrowCounterweight]:
+def _counterweights(cycle: CycleAnalysis) -> list[figures.ThrowCounterweight]:
     """Return the counterweight of each throw that leaves the least reaction to its rods."""
     rows = []
     for number, (throw, load) in enumerate(zip(cycle.firing.throws, cycle.crankpins_n, strict=True), 1):
@@ -214,7 +198,7 @@ def _counterweights(cycle: CycleAnalysis) -> list[ThrowCounterweight]:
         rotating = sum(rod.bob_weight_product_g_mm(0.0) for rod in rods)
         reciprocating = sum(rod.bob_weight_product_g_mm(1.0) for rod in rods) - rotating
         rows.append(
-            ThrowCounterweight(
+            figures.ThrowCounterweight(
                 throw=number,
                 unbalance_g_mm=best.product_g_mm,
                 angle_rad=best.angle_rad,
@@ -227,27 +211,31 @@ def _counterweights(cycle: CycleAnalysis) -> list[ThrowCounterweight]:
     return rows
 
 
-def _key_figures(cycle: CycleAnalysis, factors: Sequence[float]) -> KeyFigureTable:
+def _key_figures(cycle: CycleAnalysis, factors: Sequence[float]) -> figures.KeyFigureTable:
     firing, speed = cycle.firing, cycle.speed_rad_s
     by_factor = key_figures(firing, speed, factors)
     by_inertia = inertia_figures(firing, speed, SHARES)
     by_mass = reciprocating_figures(firing, speed, SHARES)
-    return KeyFigureTable(
-        factor=[FactorFigures(factor=f, figures=each) for f, each in zip(factors, by_factor, strict=True)],
-        inertia=[ShareFigures(share=s, figures=each) for s, each in zip(SHARES, by_inertia, strict=True)],
+    return figures.KeyFigureTable(
+        factor=[
+            figures.FactorFigures(factor=f, figures=each) for f, each in zip(factors, by_factor, strict=True)
+        ],
+        inertia=[
+            figures.ShareFigures(share=s, figures=each) for s, each in zip(SHARES, by_inertia, strict=True)
+        ],
         reciprocating_mass=[
-            ShareFigures(share=s, figures=each) for s, each in zip(SHARES, by_mass, strict=True)
+            figures.ShareFigures(share=s, figures=each) for s, each in zip(SHARES, by_mass, strict=True)
         ],
     )
 
 
 def pendulum_figures(
     cycle: CycleAnalysis, pendulum: Pendulum, swing_rad: float, reduction: float
-) -> PendulumFigures:
+) -> figures.PendulumFigures:
     """Return a pendulum absorber for a share of the torque of its order."""
     torque = next((each.total_n_m for each in cycle.orders if each.order == pendulum.order), None)
     mass = None if torque is None else pendulum.mass_g(reduction * torque, swing_rad, cycle.speed_rad_s)
-    return PendulumFigures(
+    return figures.PendulumFigures(
         order=pendulum.order,
         path=pendulum.path,
         distance_mm=pendulum.distance_mm,
@@ -283,7 +271,7 @@ def _gas(analysis: CycleAnalysis, job: Job) -> Iterator[str]:
     cycle = table_of(job)
     low, high = EFFICIENCIES
     for number, each in enumerate(analysis.firing.cycles, 1):
-        gas, found = cycle.of_cylinder(number), CylinderFigures.of(each)
+        gas, found = cycle.of_cylinder(number), figures.CylinderFigures.of(each)
         efficiency, hottest = found.thermal_efficiency, found.peak_temperature_K
         if gas.model != "wiebe" or efficiency is None:
             continue

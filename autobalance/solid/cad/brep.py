@@ -11,20 +11,9 @@ import numpy as np
 
 from autobalance.errors import BodiesError, SolidError
 from autobalance.rigid_rotor.unbalance import Moments
+from autobalance.solid.cad import kernel
 from autobalance.solid.cad.build import Taken, built, machined
 from autobalance.solid.cad.files import CadFile, NamedBody, read_step_file
-from autobalance.solid.cad.kernel import (
-    compound,
-    explored,
-    fused,
-    is_valid,
-    kernel_failures,
-    properties,
-    require_kernel,
-    shape_bytes,
-    shape_of_bytes,
-    unified,
-)
 from autobalance.solid.cad.soundness import Gap, sound
 from autobalance.solid.cad.taken import EachTaken, each_taken
 from autobalance.solid.cad.tessellation import (
@@ -60,8 +49,8 @@ class ExactSolid:
     """
 
     def __init__(self, shape: Shape) -> None:
-        require_kernel()
-        self._take(unified(built(shape)), "the CAD kernel could not build the shape exactly")
+        kernel.require_kernel()
+        self._take(kernel.unified(built(shape)), "the CAD kernel could not build the shape exactly")
 
     @classmethod
     def of(cls, body: Any) -> ExactSolid:
@@ -83,7 +72,7 @@ class ExactSolid:
 
     def to_plain(self) -> dict[str, Any]:
         """Return the body in the kernel's own binary form, and what is measured on it."""
-        return {"body": shape_bytes(self._body), "unit": self._unit, "kinds": self.face_kinds()}
+        return {"body": kernel.shape_bytes(self._body), "unit": self._unit, "kinds": self.face_kinds()}
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> ExactSolid:
@@ -95,11 +84,11 @@ class ExactSolid:
     @cached_property
     def _body(self) -> Any:
         """The kernel's body, of a solid that was kept as bytes; others have theirs from the beginning."""
-        require_kernel()
-        return shape_of_bytes(self.__dict__["_data"])
+        kernel.require_kernel()
+        return kernel.shape_of_bytes(self.__dict__["_data"])
 
     def _take(self, body: Any, complaint: str) -> None:
-        if not is_valid(body):
+        if not kernel.is_valid(body):
             raise SolidError(complaint)
         self._body = body
 
@@ -113,7 +102,7 @@ class ExactSolid:
 
     @cached_property
     def _unit(self) -> Moments:
-        return properties(self._body)
+        return kernel.properties(self._body)
 
     def moments(self, density_g_mm3: float, frame: Array | None = None) -> Moments:
         """Return the mass moments from the exact surfaces, in ``frame`` (4, 4) if given."""
@@ -131,7 +120,7 @@ class ExactSolid:
 
     @cached_property
     def _kinds(self) -> dict[str, int]:
-        return dict(Counter(surface_kind(face) for face in explored(self._body, "FACE")))
+        return dict(Counter(surface_kind(face) for face in kernel.explored(self._body, "FACE")))
 
     def surfaces(self) -> tuple[Surface, ...]:
         """Return the plane and cylindrical faces."""
@@ -198,7 +187,7 @@ def joined_solids(solids: Sequence[ExactSolid], apart: bool = False) -> ExactSol
     if len(solids) == 1:
         return solids[0]
     bodies = [solid.body for solid in solids]
-    return ExactSolid.of(compound(bodies) if apart else fused(bodies))
+    return ExactSolid.of(kernel.compound(bodies) if apart else kernel.fused(bodies))
 
 
 def are_apart(solids: Sequence[ExactSolid]) -> bool:
@@ -254,7 +243,7 @@ def exact_of(file: CadFile, body: int | str | None, pressed_up: bool) -> Exact:
     SolidError
         If none or several fit, the kernel finds fault with the solid, or its triangles are not closed.
     """
-    with kernel_failures("the solid"):
+    with kernel.kernel_failures("the solid"):
         return _exact_of(file, body, pressed_up)
 
 

@@ -12,20 +12,8 @@ import numpy as np
 
 from autobalance.errors import FormatError, SolidError
 from autobalance.rigid_rotor.unbalance import Moments
+from autobalance.solid.cad import kernel
 from autobalance.solid.cad.files import write_step
-from autobalance.solid.cad.kernel import (
-    area_properties,
-    common,
-    compound,
-    cut,
-    explored,
-    fused,
-    is_valid,
-    properties,
-    require_kernel,
-    scaled,
-    unified,
-)
 from autobalance.solid.cad.tessellation import CylinderFace, PlaneFace, bounds_mm, surfaces
 from autobalance.solid.csg.shape import (
     Arc,
@@ -58,14 +46,14 @@ Point3 = tuple[float, float, float]
 def built(shape: Shape) -> Any:
     """Return the kernel's body of a shape, with exact surfaces."""
     if isinstance(shape, Joined):
-        return fused([built(part) for part in shape.parts])
+        return kernel.fused([built(part) for part in shape.parts])
     if isinstance(shape, Without):
-        return cut(built(shape.body), [built(tool) for tool in shape.tools])
+        return kernel.cut(built(shape.body), [built(tool) for tool in shape.tools])
     if isinstance(shape, Placed):
         return moved(built(shape.shape), shape.placement)
     if isinstance(shape, Drafted):
         low, high = sorted((shape.face, shape.top))
-        return cut(built(Prism(shape.outline, low, high)), [built(tool) for tool in wedges(shape)])
+        return kernel.cut(built(Prism(shape.outline, low, high)), [built(tool) for tool in wedges(shape)])
     return _primitive(shape)
 
 
@@ -199,15 +187,15 @@ def machined(
     """
     low, high = bounds_mm(body)
     size = float(np.linalg.norm(high - low))
-    bodies = len(explored(body, "SOLID"))
+    bodies = len(kernel.explored(body, "SOLID"))
     solids = 0
     for share in clear_shares(removed, shares):
         grown = [tool_shape(tool, body, share * size) for tool in added]
         tools = [tool_shape(tool, body, share * size) for tool in removed]
-        whole = fused([body, *grown])
-        result = cut(whole, tools)
-        solids = len(explored(result, "SOLID"))
-        if solids == bodies and is_valid(result):
+        whole = kernel.fused([body, *grown])
+        result = kernel.cut(whole, tools)
+        solids = len(kernel.explored(result, "SOLID"))
+        if solids == bodies and kernel.is_valid(result):
             pairs = zip(removed, tools, strict=True)
             as_drawn = share <= AS_DRAWN
             faces_taken = tuple(None if as_drawn else _taken(tool, whole, shape) for tool, shape in pairs)
@@ -221,18 +209,18 @@ def _taken(tool: Tool, body: Any, shape: Any) -> Taken | None:
     """Return the metal that a tool's shape takes of a body, None where that does not depend on the body."""
     if not isinstance(tool, Lowering):
         return None
-    metal = common(body, shape)
+    metal = kernel.common(body, shape)
     up = tool.placement[:3, 2]
     low_mm = tool.low_mm + float(tool.placement[:3, 3] @ up)
-    every = explored(metal, "FACE")
+    every = kernel.explored(metal, "FACE")
     floor = [
-        area_properties(every[face.number])
+        kernel.area_properties(every[face.number])
         for face in surfaces(metal)
         if isinstance(face, PlaneFace)
         and float(face.normal @ up) < -SAME_NORMAL
         and abs(float(face.centroid_mm @ up) - low_mm) < SAME_HEIGHT_MM
     ]
-    return Taken(properties(metal), sum(floor, Moments.zero()))
+    return Taken(kernel.properties(metal), sum(floor, Moments.zero()))
 
 
 def _seamless(result: Any, before: Any) -> Any:
@@ -240,12 +228,16 @@ def _seamless(result: Any, before: Any) -> Any:
 
     A body that had such seams before keeps all: its owner may want them.
     """
-    if len(explored(unified(before), "FACE")) < len(explored(before, "FACE")):
+    if len(kernel.explored(kernel.unified(before), "FACE")) < len(kernel.explored(before, "FACE")):
         return result
-    merged = unified(result)
-    volume = properties(result).mass_g
-    same = abs(properties(merged).mass_g - volume) < SAME_VOLUME * volume
-    sound = same and is_valid(merged) and len(explored(merged, "SOLID")) == len(explored(result, "SOLID"))
+    merged = kernel.unified(result)
+    volume = kernel.properties(result).mass_g
+    same = abs(kernel.properties(merged).mass_g - volume) < SAME_VOLUME * volume
+    sound = (
+        same
+        and kernel.is_valid(merged)
+        and len(kernel.explored(merged, "SOLID")) == len(kernel.explored(result, "SOLID"))
+    )
     return merged if sound else result
 
 
@@ -304,14 +296,14 @@ def _lowering(tool: Lowering, body: Any, clear_mm: float) -> Any:
     plane = moved(plane_face(tool.outline, (0.0, 0.0, top), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)), tool.placement)
     up = tool.placement[:3, 2]
     seed = tool.placement[:3, :3] @ np.array([*tool.seed, top]) + tool.placement[:3, 3]
-    for footprint in explored(common(plane, body), "FACE"):
+    for footprint in kernel.explored(kernel.common(plane, body), "FACE"):
         outer, holes = _outlines(footprint, seed)
         pillar, *wells = [
             drawn_out(moved(face, _shift(up)), -(top - tool.low_mm + 2.0) * up) for face in (outer, *holes)
         ]
-        keep.append(cut(pillar, wells))
-    part = cut(room, keep)
-    return part if tool.within is None else common(part, built(tool.within))
+        keep.append(kernel.cut(pillar, wells))
+    part = kernel.cut(room, keep)
+    return part if tool.within is None else kernel.common(part, built(tool.within))
 
 
 def _outlines(footprint: Any, seed: Array) -> tuple[Any, list[Any]]:
@@ -326,7 +318,7 @@ def _outlines(footprint: Any, seed: Array) -> tuple[Any, list[Any]]:
 
     face = TopoDS.Face(footprint)
     outer, plane = BRepTools.OuterWire_s(face), BRepAdaptor_Surface(face).Plane()
-    inner = [wire for wire in explored(face, "WIRE") if not wire.IsSame(outer)]
+    inner = [wire for wire in kernel.explored(face, "WIRE") if not wire.IsSame(outer)]
     holes = [BRepBuilderAPI_MakeFace(plane, TopoDS.Wire(wire)).Face() for wire in inner]
     around = [hole for hole in holes if _is_inside(hole, seed)]
     return BRepBuilderAPI_MakeFace(plane, outer).Face(), around
@@ -344,9 +336,9 @@ def _is_inside(face: Any, point: Array) -> bool:
 def _raising(tool: Raising, body: Any) -> Any:
     if not tool.surfaces:
         raise SolidError("a face for added metal is not a separate plane in the solid")
-    faces = explored(body, "FACE")
-    grown = fused([drawn_out(faces[number], tool.rise_mm * tool.normal) for number in tool.surfaces])
-    return grown if tool.within is None else common(grown, built(tool.within))
+    faces = kernel.explored(body, "FACE")
+    grown = kernel.fused([drawn_out(faces[number], tool.rise_mm * tool.normal) for number in tool.surfaces])
+    return grown if tool.within is None else kernel.common(grown, built(tool.within))
 
 
 def drawn_out(face: Any, along: Array) -> Any:
@@ -387,7 +379,7 @@ def step_of_shape(source: Any, unit: str) -> bytes:
     FormatError
         If it is not a shape of the kernel, or the kernel is not installed or of another generation.
     """
-    require_kernel("a shape in memory")
+    kernel.require_kernel("a shape in memory")
     from OCP.TopoDS import TopoDS_Shape
 
     shape = source
@@ -397,7 +389,7 @@ def step_of_shape(source: Any, unit: str) -> bytes:
     if not isinstance(shape, TopoDS_Shape) or shape.IsNull():
         kind = "an empty shape" if isinstance(shape, TopoDS_Shape) else type(source).__name__
         raise FormatError(f"shape: found {kind}; expected {EXPECTED}")
-    return write_step(scaled(shape, MM_PER[unit]), unit, str(getattr(source, "label", "") or "crank"))
+    return write_step(kernel.scaled(shape, MM_PER[unit]), unit, str(getattr(source, "label", "") or "crank"))
 
 
 def nothing() -> Any:
@@ -408,8 +400,8 @@ def nothing() -> Any:
     FormatError
         If the kernel is not installed.
     """
-    require_kernel("a shape in memory")
-    return compound([])
+    kernel.require_kernel("a shape in memory")
+    return kernel.compound([])
 
 
 def shape_of(drawn: Shape, motion: Array) -> Any:
@@ -420,5 +412,5 @@ def shape_of(drawn: Shape, motion: Array) -> Any:
     FormatError
         If the kernel is not installed.
     """
-    require_kernel("a shape in memory")
+    kernel.require_kernel("a shape in memory")
     return moved(built(drawn), motion)

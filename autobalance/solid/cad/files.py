@@ -14,18 +14,7 @@ import numpy as np
 
 from autobalance.child_process import Children, ended_after
 from autobalance.errors import FormatError, SolidError
-from autobalance.solid.cad.kernel import (
-    MOST_MM,
-    compound,
-    cut,
-    explored,
-    kernel_failures,
-    refuse_odd_shape,
-    require_kernel,
-    scaled,
-    shape_bytes,
-    shape_of_bytes,
-)
+from autobalance.solid.cad import kernel
 from autobalance.solid.cad.tessellation import Fineness, bounds_mm, tessellate
 from autobalance.units import MM_PER
 from autobalance.value_classes import dataclass
@@ -58,7 +47,7 @@ def in_unit(file: CadFile, unit: str) -> CadFile:
     """Return a file that carries no unit, with its numbers taken in a unit."""
     if MM_PER[unit] == 1.0:
         return replace(file, unit=unit)
-    bodies = (replace(one, body=scaled(one.body, MM_PER[unit])) for one in file.bodies)
+    bodies = (replace(one, body=kernel.scaled(one.body, MM_PER[unit])) for one in file.bodies)
     return replace(file, bodies=tuple(bodies), unit=unit)
 
 
@@ -96,11 +85,13 @@ def read_foreign_file(kind: str, data: bytes, longest_s: float | None = None) ->
     with readers.one() as child:
         longest_s = LEAST_S + S_PER_MB * len(data) / 1e6 if longest_s is None else longest_s
         child.send(kind, data, longest_s, Fineness.usual())
-        require_kernel(kind.upper())  # meanwhile: loading it takes as long here as there
+        kernel.require_kernel(kind.upper())  # meanwhile: loading it takes as long here as there
         answer = child.receive()
         if answer is None:
             raise FormatError(_end_message(kind, child.end(), longest_s))
-    bodies = tuple(NamedBody(name, shape_of_bytes(body), place) for name, place, body in answer["bodies"])
+    bodies = tuple(
+        NamedBody(name, kernel.shape_of_bytes(body), place) for name, place, body in answer["bodies"]
+    )
     return CadFile(bodies, answer["unit"], answer["repairs"])
 
 
@@ -127,12 +118,12 @@ def answer(kind: str, data: bytes, longest_s: float, fineness: Fineness) -> dict
     Bodies are tessellated here too: on a STEP file with one number of a curve changed, which reads well,
     that never ends.
     """
-    require_kernel(kind.upper())
-    with ended_after(longest_s), kernel_failures(f"the {kind.upper()} file"):
+    kernel.require_kernel(kind.upper())
+    with ended_after(longest_s), kernel.kernel_failures(f"the {kind.upper()} file"):
         file = {"step": read_step_file, "iges": read_iges_file, "brep": read_brep_file}[kind](data)
         for one in file.bodies:
             tessellate(one.body, fineness)
-    bodies = [(one.name, one.place, shape_bytes(one.body)) for one in file.bodies]
+    bodies = [(one.name, one.place, kernel.shape_bytes(one.body)) for one in file.bodies]
     return {"bodies": bodies, "unit": file.unit, "repairs": file.repairs}
 
 
@@ -155,11 +146,11 @@ def bodies_of(shape: Any, what: str) -> tuple[tuple[NamedBody, ...], tuple[str, 
     SolidError
         If its faces do not close, or lie if no crankshaft does.
     """
-    refuse_odd_shape(shape)
-    solids = explored(shape, "SOLID")
+    kernel.refuse_odd_shape(shape)
+    solids = kernel.explored(shape, "SOLID")
     if solids:
         return tuple(NamedBody("", solid) for solid in solids), ()
-    faces = explored(shape, "FACE")
+    faces = kernel.explored(shape, "FACE")
     if not faces:
         raise FormatError(f"the {what} file holds no surface; expected a closed body")
     shells, reach_mm = _sewn(shape, faces)
@@ -191,7 +182,7 @@ def _sewn(shape: Any, faces: Sequence[Any]) -> tuple[list[Any], float]:
             f"{share * diagonal:.2g} mm; middles of open edges in the file's coordinates [mm]: {places}"
             f"{', ...' if count > MAX_NAMED_EDGES else ''}"
         )
-    return explored(sewing.SewedShape(), "SHELL"), share * diagonal
+    return kernel.explored(sewing.SewedShape(), "SHELL"), share * diagonal
 
 
 def _outward(shell: Any) -> Any:
@@ -217,7 +208,7 @@ def _without_cavities(solids: list[Any]) -> list[Any]:
         if around is None:
             outer_solids.append(solids[k])
         else:
-            outer_solids[around] = explored(cut(outer_solids[around], [solids[k]]), "SOLID")[0]
+            outer_solids[around] = kernel.explored(kernel.cut(outer_solids[around], [solids[k]]), "SOLID")[0]
     return outer_solids
 
 
@@ -227,7 +218,7 @@ def _contains(outer: Any, inner: Any) -> bool:
     from OCP.TopAbs import TopAbs_State
     from OCP.TopoDS import TopoDS
 
-    corner = BRep_Tool.Pnt_s(TopoDS.Vertex(explored(inner, "VERTEX")[0]))
+    corner = BRep_Tool.Pnt_s(TopoDS.Vertex(kernel.explored(inner, "VERTEX")[0]))
     return bool(BRepClass3d_SolidClassifier(outer, corner, 1e-7).State() == TopAbs_State.TopAbs_IN)
 
 
@@ -254,13 +245,13 @@ def read_step_file(data: bytes) -> CadFile:
     SolidError
         If its surfaces do not close, or lie if no crankshaft does.
     """
-    require_kernel("STEP")
+    kernel.require_kernel("STEP")
     if b"ISO-10303-21" not in data[:256]:
         raise FormatError("the STEP file does not begin with ISO-10303-21")
     if HUGE.search(data) and (huge := HUGE.search(re.sub(rb"'[^']*'", b"''", data))):  # names may have any
         raise FormatError(
             f"the STEP file has a number that ends in {huge[0].decode()[:20]}; expected lengths within "
-            f"{MOST_MM:g} mm: export it again"
+            f"{kernel.MOST_MM:g} mm: export it again"
         )
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.STEPCAFControl import STEPCAFControl_Reader
@@ -278,8 +269,10 @@ def read_step_file(data: bytes) -> CadFile:
         reader.Transfer(document)
     parts = _parts(document)
     for part in parts:
-        refuse_odd_shape(part.body)
-    bodies = tuple(replace(part, body=solid) for part in parts for solid in explored(part.body, "SOLID"))
+        kernel.refuse_odd_shape(part.body)
+    bodies = tuple(
+        replace(part, body=solid) for part in parts for solid in kernel.explored(part.body, "SOLID")
+    )
     repairs: tuple[str, ...] = ()
     if not bodies:
         bodies, repairs = _sewn_step(parts)
@@ -288,9 +281,9 @@ def read_step_file(data: bytes) -> CadFile:
 
 def _sewn_step(parts: Sequence[NamedBody]) -> tuple[tuple[NamedBody, ...], tuple[str, ...]]:
     """Return the solids sewn of the loose surfaces of all parts together, and a note on that."""
-    if not any(explored(part.body, "FACE") for part in parts):
+    if not any(kernel.explored(part.body, "FACE") for part in parts):
         raise FormatError("the STEP file holds no solid, and no surfaces to sew; expected a closed body")
-    bodies, repairs = bodies_of(compound([part.body for part in parts]), "STEP")
+    bodies, repairs = bodies_of(kernel.compound([part.body for part in parts]), "STEP")
     if len(parts) == 1:
         bodies = tuple(replace(one, name=parts[0].name, place=parts[0].place) for one in bodies)
     return bodies, repairs
@@ -373,7 +366,7 @@ def write_parts(parts: Sequence[tuple[str, Any]], unit: str) -> bytes:
     from OCP.STEPCAFControl import STEPCAFControl_Writer
     from OCP.TCollection import TCollection_HAsciiString
 
-    require_kernel("STEP")
+    kernel.require_kernel("STEP")
     document = _document(parts)
     Interface_Static.SetCVal_s("write.step.unit", WRITTEN_UNITS[unit])
     writer = STEPCAFControl_Writer()
@@ -419,7 +412,7 @@ def read_brep_file(data: bytes) -> CadFile:
     SolidError
         If its surfaces do not close.
     """
-    require_kernel("BREP")
+    kernel.require_kernel("BREP")
     if not BEGINNING.match(data):
         raise FormatError("the BREP file does not begin with 'CASCADE Topology V1', V2 or V3")
     from OCP.BRep import BRep_Builder
@@ -454,7 +447,7 @@ def read_iges_file(data: bytes) -> CadFile:
     SolidError
         If its surfaces do not close.
     """
-    require_kernel("IGES")
+    kernel.require_kernel("IGES")
     if data[72:73] != b"S" and b"S      1" not in data[:200]:
         raise FormatError("the IGES file does not begin with a start section")
     from OCP.IFSelect import IFSelect_ReturnStatus

@@ -10,20 +10,10 @@ from typing import Any
 import numpy as np
 
 from autobalance.errors import SolidError
+from autobalance.solid.cad import kernel
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.build import moved
 from autobalance.solid.cad.files import write_step
-from autobalance.solid.cad.kernel import (
-    common,
-    compound,
-    cut,
-    explored,
-    fused,
-    is_valid,
-    kernel_failures,
-    require_kernel,
-    unified,
-)
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
 from autobalance.value_classes import dataclass
@@ -73,8 +63,8 @@ def spline_solid(body: SplineBody) -> ExactSolid:
     SolidError
         If the kernel cannot build it.
     """
-    require_kernel()
-    return ExactSolid.of(cut(_walls(body), [_cylinder(*opening) for opening in body.openings]))
+    kernel.require_kernel()
+    return ExactSolid.of(kernel.cut(_walls(body), [_cylinder(*opening) for opening in body.openings]))
 
 
 def with_new_metal(
@@ -92,13 +82,13 @@ def with_new_metal(
     """
     removed = [moved(sector, frame) for sector in sectors]
     added = [moved(spline_solid(body).body, frame) for body in bodies]
-    return ExactSolid.of(unified(fused([cut(crank.body, removed), *added])))
+    return ExactSolid.of(kernel.unified(kernel.fused([kernel.cut(crank.body, removed), *added])))
 
 
 def step_beside(parts: Sequence[ExactSolid], bodies: Sequence[SplineBody], frame: Array, unit: str) -> bytes:
     """Return a STEP file of solids and, beside them, bodies that ``frame`` (4, 4) takes to their place."""
     shapes = [moved(spline_solid(body).body, frame) for body in bodies]
-    return write_step(compound([*(each.body for each in parts), *shapes]), unit, "crank")
+    return write_step(kernel.compound([*(each.body for each in parts), *shapes]), unit, "crank")
 
 
 def faceted_solid(mesh: Mesh) -> ExactSolid:
@@ -109,7 +99,7 @@ def faceted_solid(mesh: Mesh) -> ExactSolid:
     SolidError
         If the kernel finds fault with it.
     """
-    require_kernel()
+    kernel.require_kernel()
     from OCP.BRep import BRep_Builder
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeShapeOnMesh, BRepBuilderAPI_MakeSolid
     from OCP.gp import gp_Pnt
@@ -122,14 +112,16 @@ def faceted_solid(mesh: Mesh) -> ExactSolid:
     for number, corners in enumerate((mesh.triangles + 1).tolist(), 1):
         raw.SetTriangle(number, Poly_Triangle(*corners))
     maker = BRepBuilderAPI_MakeShapeOnMesh(raw)
-    with kernel_failures("faces of these triangles"):  # of needles, where a coarse crank was cut: no plane
+    with kernel.kernel_failures(
+        "faces of these triangles"
+    ):  # of needles, where a coarse crank was cut: no plane
         maker.Build()
         shell, builder = TopoDS_Shell(), BRep_Builder()
         builder.MakeShell(shell)
-        for face in explored(maker.Shape(), "FACE"):
+        for face in kernel.explored(maker.Shape(), "FACE"):
             builder.Add(shell, face)
         shell.Closed(True)
-        return ExactSolid.of(unified(BRepBuilderAPI_MakeSolid(shell).Solid()))
+        return ExactSolid.of(kernel.unified(BRepBuilderAPI_MakeSolid(shell).Solid()))
 
 
 def sector_body(inner_mm: Array, arc: bool, far_mm: float, z_mm: tuple[float, float]) -> Any:
@@ -165,7 +157,7 @@ def _walls(body: SplineBody) -> Any:
     if straight:
         return prism
     ruled = _ruled(_edges(body, body.low_mm, low), _edges(body, body.high_mm, high))
-    return common(ruled, prism) if body.corner_radius_mm > 0.0 else ruled
+    return kernel.common(ruled, prism) if body.corner_radius_mm > 0.0 else ruled
 
 
 def _edges(body: SplineBody, control_mm: Array, z_mm: float) -> list[Any]:
@@ -253,7 +245,7 @@ def _filleted(prism: Any, body: SplineBody, control_mm: Array) -> Any:
     from OCP.TopoDS import TopoDS
 
     maker = BRepFilletAPI_MakeFillet(prism)
-    for edge in explored(prism, "EDGE"):
+    for edge in kernel.explored(prism, "EDGE"):
         curve = BRepAdaptor_Curve(TopoDS.Edge(edge))
         ends = [curve.Value(curve.FirstParameter()), curve.Value(curve.LastParameter())]
         at = np.array([ends[0].X(), ends[0].Y()])
@@ -261,7 +253,7 @@ def _filleted(prism: Any, body: SplineBody, control_mm: Array) -> Any:
         if upright and min(np.linalg.norm(control_mm[[0, -1]] - at, axis=1)) < 1e-6:
             maker.Add(body.corner_radius_mm, TopoDS.Edge(edge))
     maker.Build()
-    if not maker.IsDone() or not is_valid(maker.Shape()):
+    if not maker.IsDone() or not kernel.is_valid(maker.Shape()):
         raise SolidError(f"the CAD kernel could not round corners by {body.corner_radius_mm:g} mm")
     return maker.Shape()
 
