@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from autobalance.command.shop_units import shop_units
+from autobalance.command.terminal import shop_units
 from autobalance.declare import decoded
 from autobalance.job import Job
 from autobalance.report.balance.zero import FROM_CRANKPIN, cut_rows

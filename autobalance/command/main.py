@@ -155,8 +155,7 @@ def _run(arguments: list[str], is_alone: bool) -> int:
     except SystemExit as stop:  # 0 for --help and --version, 2 for wrong use
         return stop.code if isinstance(stop.code, int) else 2
     runtime.keep_freed_memory()
-    from autobalance.command.shop_units import fill_in_units
-    from autobalance.command.terminal import drawn_tables
+    from autobalance.command.terminal import drawn_tables, fill_in_units
 
     fill_in_units(parsed)
     if called == "app":  # a server, not one run: what it has read it may write again

@@ -15,15 +15,16 @@ from autobalance.crank.anatomy import Throw, Web
 from autobalance.errors import JobError
 from autobalance.profile_search.input import DesignJob, FreePart
 from autobalance.profile_search.outlines import (
+    FreeBody,
     Profile,
     fitted_radii_mm,
     past,
     placed_along,
     prism,
     refuse_crossing,
+    round_mm,
     sector_mm,
 )
-from autobalance.profile_search.sections import FreeBody, round_mm
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid

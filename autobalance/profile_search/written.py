@@ -15,9 +15,8 @@ from autobalance.profile_search.envelope import Amounts, DesignConstraint
 from autobalance.profile_search.free_metal import FreeMetal, FreeWeb
 from autobalance.profile_search.input import Drilling
 from autobalance.profile_search.neighbours import DesignClearance
-from autobalance.profile_search.outlines import DEGREE, PAST_MM, past, sector_mm
+from autobalance.profile_search.outlines import DEGREE, PAST_MM, past, round_mm, sector_mm
 from autobalance.profile_search.problem import MAX_SHARE, Problem
-from autobalance.profile_search.sections import round_mm
 from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.spline import SplineBody, faceted_solid, sector_body, step_beside, with_new_metal

@@ -25,7 +25,7 @@ from autobalance.runtime import (
     own_standard_output,
     starting_process,
 )
-from autobalance.solid.csg.threads import booleans_in_one_thread
+from autobalance.solid.csg.solid import booleans_in_one_thread
 from autobalance.value_classes import dataclass
 from autobalance.version import __version__
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from autobalance.command.shop_units import shop_units
+from autobalance.command.terminal import shop_units
 from autobalance.errors import JobError
 from autobalance.toml_files.document import toml_of
 from tests import jobs
