@@ -16,9 +16,10 @@ from autobalance.browser.cranks import saved_name
 from autobalance.browser.forms import limits, tables
 from autobalance.browser.guard import body_of, file_of, jsonable, packed, refused
 from autobalance.browser.opening import job_of
-from autobalance.browser.prediction import DRAGGED_KEYS, predicted, preview
+from autobalance.browser.prediction import DRAGGED_KEYS, LinearModel, predicted, preview
 from autobalance.browser.project import named_files
 from autobalance.browser.work import CARDS, MESH, MODEL, VIEW, WEBS
+from autobalance.declare import decoded, encoded
 from autobalance.errors import AutobalanceError
 from autobalance.paper.verb import DONE
 from autobalance.toml_files.document import toml_text
@@ -233,7 +234,8 @@ class Live:
             body = ", ".join(f'"{name}": [...]' for name in DRAGGED_KEYS)
             return refused(f"the body must be {{{body}}}", 400)
         try:
-            return JSONResponse(predicted(model, *(values.get(name, []) for name in DRAGGED_KEYS)))
+            given = (values.get(name, []) for name in DRAGGED_KEYS)
+            return JSONResponse(encoded(predicted(decoded(LinearModel, model), *given)))
         except AutobalanceError as error:
             return refused(str(error), 400)
 

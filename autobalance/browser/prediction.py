@@ -5,16 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 
+from autobalance.declare import INLINE, Pair, Triple, decoded, encoded, record
 from autobalance.errors import JobError
+from autobalance.rigid_rotor.tolerance import TolerancePlane
 from autobalance.types import Values
 
 if TYPE_CHECKING:
     from autobalance.crank.anatomy import Anatomy
     from autobalance.job import Job
+    from autobalance.report.records.balanced import Cut
+    from autobalance.report.records.crank import MassProperties
     from autobalance.rigid_rotor.unbalance import Moments
     from autobalance.verbs.balance import BalanceResult
 
@@ -30,116 +34,194 @@ TURNS_DEG = 60.0
 """Largest turn of a hole about the crank axis on the page, each way."""
 
 
-def linear_model(result: BalanceResult) -> Values:
-    """Return the input of `predicted` from a result: every cut's effect and its slope with the depth.
+@record
+class Effect:
+    """Change of a rotor by metal, and of a cut its slope with the depth, a millimetre."""
 
-    Effects are those of the kinds of correction themselves. ``may_turn`` marks the cuts with a separate place
-    on the rim, so that they may be at another angle.
-    """
-    record = result.record.balanced
-    assert record is not None
-    ended, tolerance = record.result, record.tolerance
-    return {
-        "residual": _values(ended.residual.resultant_g_mm, ended.residual.moment_g_mm2),
-        "tolerance": {
-            "permissible_g_mm": tolerance.permissible_g_mm,
-            "judge": tolerance.judge,
-            "planes": [
-                {"name": each.name, "z_mm": each.z_mm, "permissible_g_mm": each.permissible_g_mm}
-                for each in tolerance.planes
-            ],
-        },
-        "mass_change_g": float(ended.final_moments.mass_g - ended.initial_moments.mass_g),
-        "inertia_change_kg_mm2": _inertia(ended.final_moments - ended.initial_moments),
-        "cuts": [
-            _cut(cut, depth, listed)
-            for (cut, depth), listed in zip(ended.made, result.report["corrections"], strict=True)
-        ],
-    }
+    mass_g: float
+    inertia_kg_mm2: float
+    unbalance_g_mm: Pair
+    moment_g_mm2: Pair
+
+    @classmethod
+    def of(cls, moments: Moments) -> Self:
+        first, second = moments.first_g_mm, moments.second_g_mm2
+        return cls(
+            mass_g=float(moments.mass_g),
+            inertia_kg_mm2=float(moments.polar_inertia_g_mm2) / 1000.0,
+            unbalance_g_mm=first[:2],
+            moment_g_mm2=second[:2, 2],
+        )
 
 
-def _cut(cut: Any, depth_mm: float, listed: Mapping[str, Any]) -> Values:
-    from autobalance.correction import KINDS
+@record
+class DrillAtHand:
+    """A drill of the shop."""
 
-    return {
-        "number": listed["number"],
-        "kind": listed["kind"],
-        "web": listed.get("web"),
-        "label": cut.label,
-        "depth_mm": depth_mm,
-        "least_depth_mm": float(cut.least_depth_mm),
-        "max_depth_mm": float(cut.max_depth_mm),
-        "depth_step_mm": float(cut.depth_step_mm),
-        "limit": cut.limit,
-        "may_turn": KINDS[listed["kind"]].has_axis,
-        "diameter_mm": listed.get("diameter_mm"),
-        "drills": _drills(cut, listed),
-        **_grip(listed, depth_mm),
-        "effect": _moments(cut.effect(depth_mm) + cut.pressed_in(depth_mm)),
-        "rate": _moments(cut.rate(depth_mm)),
-    }
+    diameter_mm: float
+    drill: str | None
 
 
-def _drills(cut: Any, listed: Mapping[str, Any]) -> list[Values]:
-    """Return the shop's drills about as wide as a hole's own; none for a hole that is deepened."""
-    about = getattr(getattr(cut, "limits", None), "listed_about", None)  # other cuts know of no drills
-    return (
-        [] if about is None or listed.get("deepened_from_mm") else about(cut.diameter_mm, MAX_DIAMETER_RATIO)
-    )
-
-
-def _grip(listed: Mapping[str, Any], depth_mm: float) -> Values:
-    """Return the start of a cut and its direction, rotor frame: the handle that is dragged.
+@record
+class Grip:
+    """Start of a cut and its direction, rotor frame: the handle that is dragged.
 
     ``rim_mm`` is the radius of a rim that shrinks with the depth, None for cuts that go one way.
     """
-    at = np.asarray(listed["position_mm"], dtype=np.float64)
+
+    begin_mm: Triple
+    deeper: Triple
+    rim_mm: float | None
+
+
+@record
+class CutModel:
+    """A cut that was made, how it may be changed, and what it does; ``may_turn`` about the crank axis."""
+
+    number: int
+    kind: str
+    web: int | None
+    label: str
+    depth_mm: float
+    least_depth_mm: float
+    max_depth_mm: float
+    depth_step_mm: float
+    limit: str
+    may_turn: bool
+    diameter_mm: float | None
+    drills: Sequence[DrillAtHand]
+    grip: Annotated[Grip, INLINE]
+    effect: Effect
+    rate: Effect
+
+
+@record
+class Left:
+    """Unbalance and moment of a rotor."""
+
+    unbalance_g_mm: Pair
+    moment_g_mm2: Pair
+
+
+@record
+class Limits:
+    """What is permitted."""
+
+    permissible_g_mm: float
+    judge: Literal["dynamic", "static"]
+    planes: Sequence[TolerancePlane]
+
+
+@record
+class LinearModel:
+    """A result that was measured, every cut's effect and its slope with the depth."""
+
+    residual: Left
+    tolerance: Limits
+    mass_change_g: float
+    inertia_change_kg_mm2: float
+    cuts: Sequence[CutModel]
+
+
+def linear_model(result: BalanceResult) -> LinearModel:
+    """Return the input of `predicted` from a result; effects are those of the kinds of correction."""
+    from autobalance.report.records.balanced import BalancedReport
+
+    found = result.record.balanced
+    assert found is not None
+    ended, tolerance = found.result, found.tolerance
+    change = Effect.of(ended.final_moments - ended.initial_moments)
+    listed = BalancedReport.read(result.report).corrections
+    return LinearModel(
+        residual=Left(unbalance_g_mm=ended.residual.resultant_g_mm, moment_g_mm2=ended.residual.moment_g_mm2),
+        tolerance=Limits(
+            permissible_g_mm=tolerance.permissible_g_mm, judge=tolerance.judge, planes=tolerance.planes
+        ),
+        mass_change_g=change.mass_g,
+        inertia_change_kg_mm2=change.inertia_kg_mm2,
+        cuts=[_cut(cut, depth, each) for (cut, depth), each in zip(ended.made, listed, strict=True)],
+    )
+
+
+def _cut(cut: Any, depth_mm: float, listed: Cut) -> CutModel:
+    return CutModel(
+        number=listed.number,
+        kind=listed.kind,
+        web=listed.web,
+        label=cut.label,
+        depth_mm=depth_mm,
+        least_depth_mm=float(cut.least_depth_mm),
+        max_depth_mm=float(cut.max_depth_mm),
+        depth_step_mm=float(cut.depth_step_mm),
+        limit=cut.limit,
+        may_turn=listed.of_kind.has_axis,
+        diameter_mm=listed.diameter_mm,
+        drills=_drills(cut, listed),
+        grip=_grip(listed, depth_mm),
+        effect=Effect.of(cut.effect(depth_mm) + cut.pressed_in(depth_mm)),
+        rate=Effect.of(cut.rate(depth_mm)),
+    )
+
+
+def _drills(cut: Any, listed: Cut) -> Sequence[DrillAtHand]:
+    """Return the shop's drills about as wide as a hole's own; none for a hole that is deepened."""
+    about = getattr(getattr(cut, "limits", None), "listed_about", None)  # other cuts know of no drills
+    if about is None or listed.is_deepened:
+        return ()
+    return [decoded(DrillAtHand, each) for each in about(cut.diameter_mm, MAX_DIAMETER_RATIO)]
+
+
+def _grip(listed: Cut, depth_mm: float) -> Grip:
+    at = np.asarray(listed.position_mm, dtype=np.float64)
     rim_mm = None
-    if listed.get("inward") is not None:
-        begin, deeper = at, np.asarray(listed["inward"], dtype=np.float64)
-    elif listed.get("normal") is not None:  # the metal's middle lies half way
-        deeper = np.asarray(listed["normal"], dtype=np.float64) * math.copysign(1.0, -listed["depth_mm"])
+    if listed.hole is not None:
+        begin, deeper = at, np.asarray(listed.hole.inward, dtype=np.float64)
+    elif listed.new_face is not None:  # the metal's middle lies half way
+        deeper = np.asarray(listed.new_face.normal) * math.copysign(1.0, -listed.depth_mm)
         begin = at - 0.5 * depth_mm * deeper
-    elif listed.get("face_z_mm") is not None:
-        begin = np.array([at[0], at[1], listed["face_z_mm"]])
+    elif listed.pocket is not None and listed.pocket.face_z_mm is not None:
+        begin = np.array([at[0], at[1], listed.pocket.face_z_mm])
         deeper = np.array([0.0, 0.0, math.copysign(1.0, at[2] - begin[2])])
     else:
-        rim_mm = float(listed["rim_radius_mm"])
-        out = math.hypot(at[0], at[1])
+        assert listed.new_rim is not None  # no other kind is left
+        rim_mm, out = listed.new_rim.rim_radius_mm, math.hypot(at[0], at[1])
         deeper = np.array([-at[0] / out, -at[1] / out, 0.0]) if out > 0.0 else np.array([-1.0, 0.0, 0.0])
         begin = np.array([0.0, 0.0, at[2]]) - rim_mm * deeper
-    return {"begin_mm": begin.tolist(), "deeper": deeper.tolist(), "rim_mm": rim_mm}
+    return Grip(begin_mm=begin, deeper=deeper, rim_mm=rim_mm)
 
 
-def _moments(moments: Moments) -> Values:
-    first, second = moments.first_g_mm, moments.second_g_mm2
-    figures = {"mass_g": float(moments.mass_g), "inertia_kg_mm2": _inertia(moments)}
-    return {**figures, **_values(first[:2], second[:2, 2])}
+@record
+class PlanePredicted:
+    """Predicted unbalance in a tolerance plane."""
+
+    name: str
+    unbalance_g_mm: Pair
+    magnitude_g_mm: float
 
 
-def _values(unbalance: Any, moment: Any) -> Values:
-    return {
-        "unbalance_g_mm": [float(each) for each in unbalance],
-        "moment_g_mm2": [float(each) for each in moment],
-    }
+@record
+class Predicted:
+    """Predicted residual, and its worst judged share of the permissible value."""
 
-
-def _inertia(moments: Moments) -> float:
-    return float(moments.polar_inertia_g_mm2) / 1000.0
+    unbalance_g_mm: Pair
+    magnitude_g_mm: float
+    planes: Sequence[PlanePredicted]
+    worst_share: float
+    mass_change_g: float
+    inertia_change_kg_mm2: float
 
 
 def predicted(
-    model: Mapping[str, Any],
+    model: LinearModel,
     depths_mm: Sequence[Any],
     turns_deg: Sequence[Any] = (),
     diameters_mm: Sequence[Any] = (),
-) -> Values:
+) -> Predicted:
     """Return the residual of other depths, drills, and cuts turned about the axis: predicted, not measured.
 
     Parameters
     ----------
-    model : mapping
-        Of `linear_model`.
+    model : LinearModel
     depths_mm, turns_deg, diameters_mm : sequence of float
         One a cut; without turns every cut stays at its angle, without diameters every hole as wide as it is.
 
@@ -149,65 +231,47 @@ def predicted(
         If there are not as many as cuts, or one is not a number or out of its limits.
     """
     depths, turns, diameters = checked_cuts(model, depths_mm, turns_deg, diameters_mm)
-    unbalance, moment = (
-        complex(*model["residual"]["unbalance_g_mm"]),
-        complex(*model["residual"]["moment_g_mm2"]),
-    )
-    mass, inertia = model["mass_change_g"], model["inertia_change_kg_mm2"]
-    for cut, depth, turn, diameter in zip(model["cuts"], depths, turns, diameters, strict=True):
-        area = 1.0 if diameter is None else (diameter / cut["diameter_mm"]) ** 2
-        more = depth - cut["depth_mm"]
+    unbalance, moment = complex(*model.residual.unbalance_g_mm), complex(*model.residual.moment_g_mm2)
+    mass, inertia = model.mass_change_g, model.inertia_change_kg_mm2
+    for cut, depth, turn, diameter in zip(model.cuts, depths, turns, diameters, strict=True):
+        area = 1.0 if diameter is None or cut.diameter_mm is None else (diameter / cut.diameter_mm) ** 2
+        more = depth - cut.depth_mm
         about = complex(math.cos(math.radians(turn)), math.sin(math.radians(turn)))
-        effect, rate = cut["effect"], cut["rate"]
-        for key in ("unbalance_g_mm", "moment_g_mm2"):
-            was = complex(*effect[key])
-            change = area * (was + more * complex(*rate[key])) * about - was
-            unbalance, moment = (
-                (unbalance + change, moment) if key[0] == "u" else (unbalance, moment + change)
-            )
-        mass += area * (effect["mass_g"] + more * rate["mass_g"]) - effect["mass_g"]
-        own = effect["inertia_kg_mm2"]
-        inertia += area * (own + more * rate["inertia_kg_mm2"]) - own
-    return {
-        **_judged(model["tolerance"], unbalance, moment),
-        "mass_change_g": mass,
-        "inertia_change_kg_mm2": inertia,
-    }
+        effect, rate = cut.effect, cut.rate
+        was, slope = complex(*effect.unbalance_g_mm), complex(*rate.unbalance_g_mm)
+        unbalance += area * (was + more * slope) * about - was
+        was, slope = complex(*effect.moment_g_mm2), complex(*rate.moment_g_mm2)
+        moment += area * (was + more * slope) * about - was
+        mass += area * (effect.mass_g + more * rate.mass_g) - effect.mass_g
+        inertia += area * (effect.inertia_kg_mm2 + more * rate.inertia_kg_mm2) - effect.inertia_kg_mm2
+    tolerance = model.tolerance
+    vectors = _in_planes(tolerance.planes, unbalance, moment)
+    shares = [abs(unbalance) / tolerance.permissible_g_mm]
+    if tolerance.judge == "dynamic":
+        shares += [abs(v) / each.permissible_g_mm for v, each in zip(vectors, tolerance.planes, strict=True)]
+    return Predicted(
+        unbalance_g_mm=[unbalance.real, unbalance.imag],
+        magnitude_g_mm=abs(unbalance),
+        planes=[
+            PlanePredicted(name=plane.name, unbalance_g_mm=[v.real, v.imag], magnitude_g_mm=abs(v))
+            for plane, v in zip(tolerance.planes, vectors, strict=True)
+        ],
+        worst_share=max(shares),
+        mass_change_g=mass,
+        inertia_change_kg_mm2=inertia,
+    )
 
 
-def _judged(tolerance: Mapping[str, Any], unbalance: complex, moment: complex) -> Values:
-    shares = [abs(unbalance) / tolerance["permissible_g_mm"]]
-    planes = []
-    for plane, vector in zip(
-        tolerance["planes"], _in_planes(tolerance["planes"], unbalance, moment), strict=True
-    ):
-        planes.append(
-            {
-                "name": plane["name"],
-                "unbalance_g_mm": [vector.real, vector.imag],
-                "magnitude_g_mm": abs(vector),
-            }
-        )
-        if tolerance["judge"] == "dynamic":
-            shares.append(abs(vector) / plane["permissible_g_mm"])
-    return {
-        "unbalance_g_mm": [unbalance.real, unbalance.imag],
-        "magnitude_g_mm": abs(unbalance),
-        "planes": planes,
-        "worst_share": max(shares),
-    }
-
-
-def _in_planes(planes: Sequence[Mapping[str, Any]], unbalance: complex, moment: complex) -> list[complex]:
+def _in_planes(planes: Sequence[TolerancePlane], unbalance: complex, moment: complex) -> list[complex]:
     if len(planes) != 2:
         return []
-    low, high = planes[0]["z_mm"], planes[1]["z_mm"]
+    low, high = planes[0].z_mm, planes[1].z_mm
     upper = (moment - low * unbalance) / (high - low)
     return [unbalance - upper, upper]
 
 
 def checked_cuts(
-    model: Mapping[str, Any],
+    model: LinearModel,
     depths_mm: Sequence[Any],
     turns_deg: Sequence[Any],
     diameters_mm: Sequence[Any] = (),
@@ -219,7 +283,7 @@ def checked_cuts(
     JobError
         If there are not as many as cuts, or one is not a number or out of its limits.
     """
-    cuts = model["cuts"]
+    cuts = model.cuts
     depths = _checked("depths_mm", depths_mm, len(cuts))
     turns = _checked("turns_deg", turns_deg, len(cuts)) if turns_deg else [0.0] * len(cuts)
     for number, (cut, depth, turn) in enumerate(zip(cuts, depths, turns, strict=True), 1):
@@ -232,11 +296,11 @@ def checked_cuts(
     return depths, turns, [_drill(cut, diameter, number) for number, (cut, diameter) in pairs]
 
 
-def _drill(cut: Mapping[str, Any], diameter_mm: Any, number: int) -> float | None:
+def _drill(cut: CutModel, diameter_mm: Any, number: int) -> float | None:
     """Return the diameter of one of the shop's drills; None where the hole keeps its own."""
-    if diameter_mm is None or diameter_mm == cut["diameter_mm"]:
+    if diameter_mm is None or diameter_mm == cut.diameter_mm:
         return None
-    at_hand = [each["diameter_mm"] for each in cut["drills"]]
+    at_hand = [each.diameter_mm for each in cut.drills]
     if isinstance(diameter_mm, bool) or diameter_mm not in at_hand:
         said = ", ".join(f"{each:g}" for each in at_hand) or "null: no other drill fits this cut"
         raise JobError(f"diameters_mm[{number}] is {diameter_mm!r}; expected one of {said}")
@@ -252,11 +316,11 @@ def _checked(name: str, entries: Sequence[Any], count: int) -> list[float]:
     return [float(each) for each in entries]
 
 
-def _refuse(cut: Mapping[str, Any], depth: float, turn: float, number: int) -> None:
-    most = max(cut["max_depth_mm"], cut["depth_mm"])
+def _refuse(cut: CutModel, depth: float, turn: float, number: int) -> None:
+    most = max(cut.max_depth_mm, cut.depth_mm)
     if not 0.0 <= depth <= most + 1e-9:
-        raise JobError(f"depths_mm[{number}] is {depth:g}; must be 0 to {most:g}: {cut['limit']}")
-    if turn and not (cut["may_turn"] and abs(turn) <= TURNS_DEG):
+        raise JobError(f"depths_mm[{number}] is {depth:g}; must be 0 to {most:g}: {cut.limit}")
+    if turn and not (cut.may_turn and abs(turn) <= TURNS_DEG):
         raise JobError(
             f"turns_deg[{number}] is {turn:g}; must be 0, or within {TURNS_DEG:g} for holes and slugs"
         )
@@ -291,9 +355,9 @@ def preview(inspected: Mapping[str, Any], tables: Mapping[str, Any], folder: Pat
         If a key of the job is wrong or missing.
     """
     from autobalance.balancing import rotor_from_job as from_job
-    from autobalance.declare import encoded
     from autobalance.job import Job
     from autobalance.report.records import balance as records
+    from autobalance.report.records.crank import Crank
     from autobalance.rigid_rotor.unbalance import Unbalance
     from autobalance.running_gear.parts import bob_weight_moments
     from autobalance.verification.claims import Claims
@@ -301,7 +365,7 @@ def preview(inspected: Mapping[str, Any], tables: Mapping[str, Any], folder: Pat
 
     job = Job.from_dict(tables, folder=folder)
     anatomy = claimed_anatomy(Claims("report.json", inspected))
-    crank = crank_moments(inspected["crank"], job.crankshaft.density_g_mm3)
+    crank = crank_moments(decoded(Crank, inspected["crank"], partly=True).body, job.crankshaft.density_g_mm3)
     loads, attached = from_job.hung_on(job, anatomy)
     factor = from_job.target_factor(job, anatomy, crank)
     tolerance = from_job.tolerance_of(job, anatomy, crank)
@@ -321,10 +385,7 @@ def preview(inspected: Mapping[str, Any], tables: Mapping[str, Any], folder: Pat
         "initial": encoded(records.Unbalance.of(initial, tolerance.places_mm)),
         "tolerance": {
             "permissible_g_mm": tolerance.permissible_g_mm,
-            "planes": [
-                {"name": each.name, "z_mm": each.z_mm, "permissible_g_mm": each.permissible_g_mm}
-                for each in tolerance.planes
-            ],
+            "planes": encoded(tolerance.planes),
         },
     }
 
@@ -344,12 +405,12 @@ def _forces(job: Job, anatomy: Anatomy, crank: Moments) -> Values:
     return {"greatest_n": force.greatest_n, "speed_rpm": round(speed_rpm, 6), "why": ""}
 
 
-def crank_moments(crank: Mapping[str, Any], density_g_mm3: float) -> Moments:
+def crank_moments(crank: MassProperties, density_g_mm3: float) -> Moments:
     """Return the moments of a reported crank (rotor frame), at another density if need be."""
     from autobalance.rigid_rotor.unbalance import Moments
 
-    mass = float(crank["mass_g"])
-    inertia = 1000.0 * np.array(crank["inertia_kg_mm2"], dtype=np.float64)
+    mass = crank.mass_g
+    inertia = 1000.0 * np.array(crank.inertia_kg_mm2, dtype=np.float64)
     second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
-    moments = Moments(mass, mass * np.array(crank["centre_of_mass_mm"], dtype=np.float64), second)
-    return moments.scaled(density_g_mm3 * float(crank["volume_mm3"]) / mass)
+    moments = Moments(mass, mass * np.array(crank.centre_of_mass_mm, dtype=np.float64), second)
+    return moments.scaled(density_g_mm3 * crank.volume_mm3 / mass)

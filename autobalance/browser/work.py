@@ -203,6 +203,7 @@ def _written(result: BalanceResult, place: Place, notify: Progress) -> int:
     """Write the command's files, and the page's view of them."""
     from autobalance.browser.meshes import result_view
     from autobalance.browser.prediction import linear_model
+    from autobalance.declare import encoded
     from autobalance.paper.sheet import set_up_letter
     from autobalance.report.balance.datums import with_design_radii
     from autobalance.report.bundle import bundle
@@ -217,7 +218,7 @@ def _written(result: BalanceResult, place: Place, notify: Progress) -> int:
     drawn = with_design_radii(material.balanced).corrections  # the radii that the papers have
     radii = [each.shown_radius_mm for each in drawn]
     setups = [set_up_letter(each) for each in drawn]
-    model = {**linear_model(result), "papers": list(papers), "radii_mm": radii, "setups": setups}
+    model = {**encoded(linear_model(result)), "papers": list(papers), "radii_mm": radii, "setups": setups}
     place.keep(MODEL, json.dumps(model, allow_nan=False).encode())
     place.keep(VIEW, result_view(result))
     return result.exit_code

@@ -66,14 +66,14 @@ def unpacked(data: bytes) -> tuple[dict[str, Any], dict[str, Any]]:
 def test_what_was_cut_is_predicted_as_it_was_measured() -> None:
     result = drilled()
     model = linear_model(result)
-    found = predicted(model, [cut["depth_mm"] for cut in model["cuts"]])
+    found = predicted(model, [cut.depth_mm for cut in model.cuts])
     residual = result.report["residual"]
-    assert found["unbalance_g_mm"] == pytest.approx(residual["unbalance_g_mm"], abs=1e-9)
-    for plane, own in zip(found["planes"], residual["planes"], strict=True):
-        assert plane["unbalance_g_mm"] == pytest.approx(own["unbalance_g_mm"], abs=1e-6)
-    assert found["inertia_change_kg_mm2"] == pytest.approx(result.report["inertia_change_kg_mm2"], abs=1e-9)
+    assert found.unbalance_g_mm == pytest.approx(residual["unbalance_g_mm"], abs=1e-9)
+    for plane, own in zip(found.planes, residual["planes"], strict=True):
+        assert plane.unbalance_g_mm == pytest.approx(own["unbalance_g_mm"], abs=1e-6)
+    assert found.inertia_change_kg_mm2 == pytest.approx(result.report["inertia_change_kg_mm2"], abs=1e-9)
     removed = sum(cut["removed_mass_g"] for cut in result.report["corrections"])
-    assert found["mass_change_g"] == pytest.approx(-removed, rel=1e-4)
+    assert found.mass_change_g == pytest.approx(-removed, rel=1e-4)
 
 
 def test_a_depth_is_predicted_to_second_order() -> None:
@@ -88,19 +88,19 @@ def test_a_depth_is_predicted_to_second_order() -> None:
         found = predicted(model, [depths[0] + step, *depths[1:]])
         change = made[0][0].effect(depths[0] + step) - made[0][0].effect(depths[0])
         truly = complex(*result.report["residual"]["unbalance_g_mm"]) + complex(*change.first_g_mm[:2])
-        errors.append(abs(complex(*found["unbalance_g_mm"]) - truly))
+        errors.append(abs(complex(*found.unbalance_g_mm) - truly))
     assert errors[1] < 0.3 * errors[0] or errors[0] < 1e-6
 
 
 def test_a_hole_that_is_turned_takes_its_vector_along() -> None:
     model = linear_model(drilled())
-    depths = [cut["depth_mm"] for cut in model["cuts"]]
+    depths = [cut.depth_mm for cut in model.cuts]
     still, turned = (predicted(model, depths, [angle, *[0.0] * (len(depths) - 1)]) for angle in (0.0, 30.0))
-    was = complex(*model["cuts"][0]["effect"]["unbalance_g_mm"])
-    moved = complex(*turned["unbalance_g_mm"]) - complex(*still["unbalance_g_mm"])
+    was = complex(*model.cuts[0].effect.unbalance_g_mm)
+    moved = complex(*turned.unbalance_g_mm) - complex(*still.unbalance_g_mm)
     assert moved == pytest.approx(was * (np.exp(1j * np.pi / 6.0) - 1.0), abs=1e-9)
-    assert turned["mass_change_g"] == still["mass_change_g"]
-    assert turned["worst_share"] > 1.0 > still["worst_share"]
+    assert turned.mass_change_g == still.mass_change_g
+    assert turned.worst_share > 1.0 > still.worst_share
 
 
 @pytest.mark.parametrize(
@@ -116,7 +116,7 @@ def test_a_hole_that_is_turned_takes_its_vector_along() -> None:
 )
 def test_what_cannot_be_cut_is_not_predicted(depths: Any, turns: list[float], said: str) -> None:
     model = linear_model(drilled())
-    now = [cut["depth_mm"] for cut in model["cuts"]]
+    now = [cut.depth_mm for cut in model.cuts]
     given = now if depths is None else [depths, *now[1:]] if isinstance(depths, float) else depths
     with pytest.raises(JobError, match=said):
         predicted(model, given, [*turns, *[0.0] * (len(now) - 1)] if turns else [])
@@ -135,7 +135,7 @@ def on_small(method: str) -> tuple[ab.Job, ab.BalanceResult]:
 
 
 def listed(
-    result: ab.BalanceResult, depths: list[float], turns: list[float], diameters: list[float]
+    result: ab.BalanceResult, depths: list[float], turns: list[float], diameters: list[float | None]
 ) -> list[dict[str, Any]]:
     """Return the cuts of a result as the page lists them once they were dragged."""
     made = []
@@ -165,19 +165,19 @@ def test_a_hole_by_another_drill_is_predicted_as_it_is_then_measured() -> None:
     asked = ab.Job.from_dict(values, folder=folder)
     result = ab.balance(asked)
     model = linear_model(result)
-    own = [cut["diameter_mm"] for cut in model["cuts"]]
-    depths = [cut["depth_mm"] for cut in model["cuts"]]
-    other = next(each["diameter_mm"] for each in model["cuts"][0]["drills"] if each["diameter_mm"] != own[0])
-    assert 25.0 not in {each["diameter_mm"] for each in model["cuts"][0]["drills"]}  # twice as wide
+    own = [cut.diameter_mm for cut in model.cuts]
+    depths = [cut.depth_mm for cut in model.cuts]
+    other = next(each.diameter_mm for each in model.cuts[0].drills if each.diameter_mm != own[0])
+    assert 25.0 not in {each.diameter_mm for each in model.cuts[0].drills}  # twice as wide
     diameters = [other, *own[1:]]
     told = predicted(model, depths, [], diameters)
     drills["max_drills"] = 2  # the one that was moved has another
     asked = ab.Job.from_dict(values, folder=folder)
     made = ab.balance(asked, cuts=listed(result, depths, [0.0, 0.0], diameters)).report
-    change = mass_change_g(made) - model["mass_change_g"]
-    assert change == pytest.approx(told["mass_change_g"] - model["mass_change_g"], rel=0.05)
+    change = mass_change_g(made) - model.mass_change_g
+    assert change == pytest.approx(told.mass_change_g - model.mass_change_g, rel=0.05)
     found = np.array(made["residual"]["unbalance_g_mm"]) - result.report["residual"]["unbalance_g_mm"]
-    want = np.array(told["unbalance_g_mm"]) - result.report["residual"]["unbalance_g_mm"]
+    want = np.array(told.unbalance_g_mm) - result.report["residual"]["unbalance_g_mm"]
     assert found == pytest.approx(want, abs=0.05 * float(np.linalg.norm(want)))
     with pytest.raises(JobError, match=r"diameters_mm\[1\] is 25.0; expected one of 8"):
         predicted(model, depths, [], [25.0, *own[1:]])
@@ -186,20 +186,20 @@ def test_a_hole_by_another_drill_is_predicted_as_it_is_then_measured() -> None:
 @pytest.mark.parametrize("method", ["drill", "shoulder", "mill"])
 def test_a_handle_stands_where_the_next_metal_goes(method: str) -> None:
     """What one more millimetre takes away has its middle at the floor of the cut."""
-    for cut in linear_model(on_small(method)[1])["cuts"]:
-        floor = np.array(cut["begin_mm"]) + cut["depth_mm"] * np.array(cut["deeper"])
-        middle = np.array(cut["rate"]["unbalance_g_mm"]) / cut["rate"]["mass_g"]
-        assert floor[:2] == pytest.approx(middle, abs=4.0), cut["label"]  # a drill's point is longer
-        z = cut["rate"]["moment_g_mm2"][0] / cut["rate"]["unbalance_g_mm"][0]
-        assert floor[2] == pytest.approx(z, abs=1e-3), cut["label"]
-        assert np.linalg.norm(cut["deeper"]) == pytest.approx(1.0)
+    for cut in linear_model(on_small(method)[1]).cuts:
+        floor = np.array(cut.grip.begin_mm) + cut.depth_mm * np.array(cut.grip.deeper)
+        middle = np.array(cut.rate.unbalance_g_mm) / cut.rate.mass_g
+        assert floor[:2] == pytest.approx(middle, abs=4.0), cut.label  # a drill's point is longer
+        z = cut.rate.moment_g_mm2[0] / cut.rate.unbalance_g_mm[0]
+        assert floor[2] == pytest.approx(z, abs=1e-3), cut.label
+        assert np.linalg.norm(cut.grip.deeper) == pytest.approx(1.0)
 
 
 def test_what_was_dragged_is_cut_and_measured() -> None:
     asked, result = on_small("drill")
     model = linear_model(result)
-    depths = [cut["depth_mm"] for cut in model["cuts"]]
-    diameters = [cut["diameter_mm"] for cut in model["cuts"]]
+    depths = [cut.depth_mm for cut in model.cuts]
+    diameters = [cut.diameter_mm for cut in model.cuts]
     same = ab.balance(asked, cuts=listed(result, depths, [0.0, 0.0], diameters)).report
     assert same["residual"]["unbalance_g_mm"] == pytest.approx(
         result.report["residual"]["unbalance_g_mm"], abs=1e-3
@@ -211,9 +211,9 @@ def test_what_was_dragged_is_cut_and_measured() -> None:
     found = np.array(other["residual"]["unbalance_g_mm"])
     change = np.linalg.norm(found - result.report["residual"]["unbalance_g_mm"])
     # the hole that is turned enters a rim of 24 facets elsewhere, up to 0.5 mm further in or out
-    assert found == pytest.approx(np.array(told["unbalance_g_mm"]), abs=0.04 * float(change))
-    assert mass_change_g(other) == pytest.approx(told["mass_change_g"], rel=0.03)
-    assert other["inertia_change_kg_mm2"] == pytest.approx(told["inertia_change_kg_mm2"], rel=0.03)
+    assert found == pytest.approx(np.array(told.unbalance_g_mm), abs=0.04 * float(change))
+    assert mass_change_g(other) == pytest.approx(told.mass_change_g, rel=0.03)
+    assert other["inertia_change_kg_mm2"] == pytest.approx(told.inertia_change_kg_mm2, rel=0.03)
     assert other["outcome"] == "above_tolerance"
 
 
