@@ -110,8 +110,3 @@ def at(report: Mapping[str, Any], path: str) -> Any:
         else:
             here = here.get(key) if isinstance(here, Mapping) else None
     return here
-
-
-def grams(weight: Any) -> float:
-    """Return a weight of a job: a number, or a table with its ± beside it [g]."""
-    return float(weight["g"] if isinstance(weight, Mapping) else weight)

@@ -294,6 +294,8 @@ def _decoded(of: Any, value: Any, unit: Unit | None, partly: bool) -> Any:  # no
         if value not in inner:
             raise ValueError(f" is {value!r}; expected one of {', '.join(map(str, inner))}")
         return value
+    if origin in (dict, Mapping) and isinstance(value, Mapping):
+        return {key: _at(f".{key}", inner[1], each, unit, partly) for key, each in value.items()}
     if of is Any or of is object:
         return value
     return _plain(of if origin is None else origin, value, unit)

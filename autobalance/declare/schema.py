@@ -1,9 +1,8 @@
 """From typed records to JSON Schema: one declaration of the content of a report.
 
-A record is a frozen dataclass (``autobalance.declare``), or a ``TypedDict`` for what a report repeats of a
-file; a bound, a unit or a sentence of explanation is in ``Annotated``. Every record becomes an entry of
-``$defs``, named in snake case, and allows no other keys unless it is marked ``open_keys`` or holds a table
-among its own keys.
+A record is a frozen dataclass (``autobalance.declare``); a bound, a unit or a sentence of explanation is in
+``Annotated``. Every record becomes an entry of ``$defs``, named in snake case, and allows no other keys
+unless it is marked ``open_keys`` or holds a table among its own keys.
 """
 
 from __future__ import annotations
@@ -16,13 +15,10 @@ from typing import (
     Annotated,
     Any,
     Literal,
-    NotRequired,
     Union,
     cast,
     get_args,
     get_origin,
-    get_type_hints,
-    is_typeddict,
 )
 
 import numpy as np
@@ -82,7 +78,6 @@ def schema_of(record: type, head: Mapping[str, Any], rules: list[Values]) -> Val
     Parameters
     ----------
     record : type
-        A ``TypedDict``.
     head : mapping
         ``$schema``, ``$id``, ``title`` and the like.
     rules : list of dict
@@ -99,13 +94,7 @@ def schema_of(record: type, head: Mapping[str, Any], rules: list[Values]) -> Val
 
 
 def _object(record: type, definitions: Definitions) -> Values:
-    if is_typeddict(record):
-        hints = get_type_hints(record, include_extras=True)
-        properties = {name: _schema(hint, definitions) for name, hint in hints.items()}
-        required = [name for name in hints if name in record.__required_keys__]  # type: ignore[attr-defined]
-        opened = getattr(record, "open_keys", False)
-    else:
-        properties, required, opened = _fields(fields_of(record), definitions)
+    properties, required, opened = _fields(fields_of(record), definitions)
     return {
         "type": "object",
         "properties": properties,
@@ -142,7 +131,7 @@ def _hint_where_written(field: Field) -> Any:
     if not field.omitted:
         return field.hint
     hint, *marks = get_args(field.hint)
-    arms = tuple(each for each in get_args(hint) if each is not type(None))
+    arms = tuple(each for each in get_args(hint) if each is not type(None)) or (hint,)
     union, annotated = cast(Any, Union), cast(Any, Annotated)
     return annotated[(union[arms], *marks)]
 
@@ -163,8 +152,6 @@ def _may_lack(hint: Any) -> bool:
 
 def _schema(hint: Any, definitions: Definitions) -> Values:  # noqa: PLR0911 - one return a form
     origin, arguments = get_origin(hint), get_args(hint)
-    if origin is NotRequired:
-        return _schema(arguments[0], definitions)
     if origin is Annotated:
         if LOOSE in arguments[1:]:
             return {"type": "object"} | _extras(arguments[1:])
@@ -187,7 +174,7 @@ def _schema(hint: Any, definitions: Definitions) -> Values:  # noqa: PLR0911 - o
     if origin in MAPPINGS:
         items = _schema(arguments[1], definitions)
         return {"type": "object", **({"additionalProperties": items} if items else {})}
-    if is_typeddict(hint) or dataclasses.is_dataclass(hint):
+    if dataclasses.is_dataclass(hint) and isinstance(hint, type):
         name = definitions.name_of(hint)
         if name not in definitions:
             definitions[name] = {}  # a record may hold its own kind

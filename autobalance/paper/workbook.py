@@ -16,7 +16,8 @@ from autobalance.declare import present
 from autobalance.report.balance import kinds
 from autobalance.report.job_header import shop_name, work_words
 from autobalance.report.records.balance import Plane, Unbalance
-from autobalance.report.records.balanced import BalancedReport, JobAttached
+from autobalance.report.records.balanced import BalancedReport
+from autobalance.report.records.job import JobAttached
 from autobalance.report.records.report import ExternalPart, ThrowOil
 from autobalance.units import wrapped_deg
 

@@ -7,7 +7,8 @@ import re
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from autobalance.report.records.balanced import BalancedReport, JobPart
+from autobalance.report.records.balanced import BalancedReport
+from autobalance.report.records.job import JobPart
 
 # Job and shop of a report, as the head of every page has them.
 

@@ -10,7 +10,7 @@ from autobalance.job import Job, describe
 from autobalance.report.job_header import file_prefix
 from autobalance.report.material import Choice
 from autobalance.report.output_kinds import names_to_fill, page_names
-from autobalance.report.records.balanced import JobGiven
+from autobalance.report.records.job import Job as JobEcho
 from autobalance.runtime import Notify, Stopwatch
 from autobalance.value_classes import dataclass
 from autobalance.verbs.balance import BalanceResult, run
@@ -61,7 +61,7 @@ def balance_to_files(
     """
     copy = None if json_file in (None, "-") else Path(str(json_file))
     choice = choice or Choice(kinds=())
-    pages = [folder / name for name in page_names(file_prefix(JobGiven.read(describe(job)).job))]
+    pages = [folder / name for name in page_names(file_prefix(JobEcho.read(describe(job)).job))]
     solid_path = folder / solid_name(job)
     targets = [folder / REPORT, solid_path, *pages] + ([copy] if copy else [])
     refuse_changed(job, folder)

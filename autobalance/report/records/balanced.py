@@ -31,114 +31,13 @@ from autobalance.quantities import Text, g_mm, said
 from autobalance.report.records.answers import JobEcho
 from autobalance.report.records.balance import BalanceFactor, Engine, Tolerance, Unbalance
 from autobalance.report.records.corrections import Correction, Overbalance
+from autobalance.report.records.job import Job
 from autobalance.report.records.outputs import Outputs
 from autobalance.report.records.report import ExternalPart, Forces, Report, ThrowOil
 from autobalance.report.records.stage import AssemblyStage, Stage, Staged
 from autobalance.rigid_rotor.tolerance import Outcome
 from autobalance.types import Values
-from autobalance.wording import NOT_PROVEN, OUTCOMES, grams, number
-
-
-@record
-class JobPart:
-    """``[job]``: the part, and who made it for whom."""
-
-    part: str | None = None
-    customer: str | None = None
-    engine: str | None = None
-    serial: str | None = None
-    operator: str | None = None
-    note: str | None = None
-
-
-@record
-class JobShop:
-    """``[shop]``."""
-
-    name: str | None = None
-    logo: str | None = None
-    machine: str | None = None
-    units: str | None = None
-    washers_g: Sequence[float] | None = None
-
-
-@record
-class JobCrankshaft:
-    """``[crankshaft]``."""
-
-    file: str | None = None
-    density_kg_m3: float | None = None
-    crankpin_in_file: bool | None = None
-
-
-@record
-class JobLoads:
-    """Weights of the parts of a connecting rod, and on its crankpin, by name."""
-
-    rotating_g: Mapping[str, Any] | None = None
-    reciprocating_g: Mapping[str, Any] | None = None
-    crankpin_g: Mapping[str, Any] | None = None
-
-    def weights_g(self, group: str) -> dict[str, float]:
-        """Return the weights of a group, ``rotating_g``."""
-        return {name: grams(weight) for name, weight in (getattr(self, group) or {}).items()}
-
-
-@record
-class JobThrow(JobLoads):
-    """``[[engine.throw]]``: a throw that differs from the others."""
-
-    number: int
-    rods: int | None = None
-
-
-@record
-class JobAttached:
-    """``[[engine.attached]]``."""
-
-    unbalance_g_mm: Pair
-    z_mm: float
-
-
-@record
-class JobEngine(JobLoads):
-    """``[engine]``."""
-
-    rods_per_throw: int | None = None
-    turns: str | None = None
-    throw: Sequence[JobThrow] = ()
-    attached: Sequence[JobAttached] = ()
-
-    def of_throw(self, number: int) -> tuple[JobLoads, int]:
-        """Return the loads of a throw, its own or those of all, and the number of its rods."""
-        own = next((each for each in self.throw if each.number == number), None)
-        return (
-            (self, self.rods_per_throw or 1) if own is None else (own, own.rods or self.rods_per_throw or 1)
-        )
-
-
-@record
-class JobBalance:
-    """``[balance]``."""
-
-    external: str | None = None
-
-
-@record
-class JobGiven:
-    """What papers and texts read of a job."""
-
-    file: str | None = None
-    crankshaft: JobCrankshaft = JobCrankshaft()
-    engine: JobEngine = JobEngine()
-    balance: JobBalance = JobBalance()
-    job: JobPart = JobPart()
-    shop: JobShop = JobShop()
-
-    @classmethod
-    def read(cls, values: Values) -> Self:
-        """Return a job from the values of its echo."""
-        return decoded(cls, values, partly=True)
+from autobalance.wording import NOT_PROVEN, OUTCOMES, number
 
 
 @record
@@ -271,7 +170,7 @@ class BalancedReport(Report):
 
     values: Annotated[Values, UNWRITTEN]
     job: JobEcho
-    given: Annotated[JobGiven, Named("job")]
+    given: Annotated[Job, Named("job")]
     engine: Engine
     balance_factor: BalanceFactor
     tolerance: Tolerance
