@@ -15,11 +15,18 @@ from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.faces import find_faces
 from autobalance.errors import CorrectionError, SolidError
-from autobalance.planning import too_light
 from autobalance.planning.cut_curves import Task, part_of, usual
 from autobalance.planning.depths import AIM_SHARE, Plan, worthwhile
 from autobalance.planning.reject_worse import harmless, is_harmless, same_setups
 from autobalance.planning.relaxation import Attempt, Relaxation, lighter, relaxations
+from autobalance.planning.too_light import (
+    Shortfall,
+    explain_shortfall,
+    factor_relaxations,
+    heavier,
+    too_light_g_mm,
+    too_light_text,
+)
 from autobalance.planning.whole_cuts import WHOLE_CUTS_SHARE, choose, is_enough, least_step_mm, rank, settable
 from autobalance.quantities import g, g_mm, joined, mm, said
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -293,8 +300,8 @@ def why_above(
     """Return the reason why the tolerance is not reached and, with ``advise``, all remedies."""
     rotor, candidates = above.rotor, above.chosen.candidates
     work = workpiece(rotor, above.tolerance, above.initial)
-    light_g_mm = None if plan.depths_mm.any() else too_light.too_light_g_mm(work)
-    shortfall = too_light.Shortfall(
+    light_g_mm = None if plan.depths_mm.any() else too_light_g_mm(work)
+    shortfall = Shortfall(
         residual,
         above.tolerance,
         Unbalance.of(rotor.loads_per_factor),
@@ -303,7 +310,7 @@ def why_above(
         plan.depths_mm,
         plan.binding,
         _web_places_mm(rotor),
-        "" if light_g_mm is None else too_light.too_light_text(light_g_mm),
+        "" if light_g_mm is None else too_light_text(light_g_mm),
     )
     attempt = Attempt(
         work,
@@ -316,7 +323,7 @@ def why_above(
     )
     bound = attempt.bound
     if not advise:
-        return too_light.explain_shortfall(shortfall, bound=bound), ()
+        return explain_shortfall(shortfall, bound=bound), ()
     if bound > 1.0:
         progress(f"no plan leaves less than {bound:.3g} times the permissible value")
     progress(LIMITS_SOUGHT)
@@ -329,7 +336,7 @@ def why_above(
             factor = _factor_tried(above, shortfall, attempt)
     except Skipped:
         stopped = True
-    text = too_light.explain_shortfall(shortfall, [each.text for each in remedies], bound, factor)
+    text = explain_shortfall(shortfall, [each.text for each in remedies], bound, factor)
     if stopped:
         text += "; the search for limits that would suffice was stopped by Ctrl-C"
     elif attempt.left_out:
@@ -343,7 +350,7 @@ def _remedies(above: Above, attempt: Attempt, is_light: bool) -> Iterator[Relaxa
     found = _least_metal_first(map(run, relaxations(attempt, more_of_the_same=not is_light)))
     yield from found
     if is_light:
-        yield from _least_metal_first(too_light.heavier(attempt, found, run))
+        yield from _least_metal_first(heavier(attempt, found, run))
     elif not found:
         yield from _least_metal_first(map(run, lighter(attempt)))
 
@@ -391,15 +398,13 @@ def _is_crank_after(rotor: Rotor, tolerance: Tolerance, best: BestOffer) -> bool
     return done.share <= 1.0
 
 
-def _factor_tried(above: Above, shortfall: too_light.Shortfall, attempt: Attempt) -> Relaxation | None:
+def _factor_tried(above: Above, shortfall: Shortfall, attempt: Attempt) -> Relaxation | None:
     """Return the first change of the balance factor at which the job's own methods suffice, planned again."""
-    ways = (_planned_at(above, shortfall, attempt, way) for way in too_light.factor_relaxations(shortfall))
+    ways = (_planned_at(above, shortfall, attempt, way) for way in factor_relaxations(shortfall))
     return next(filter(None, ways), None)
 
 
-def _planned_at(
-    above: Above, shortfall: too_light.Shortfall, attempt: Attempt, way: Relaxation
-) -> Relaxation | None:
+def _planned_at(above: Above, shortfall: Shortfall, attempt: Attempt, way: Relaxation) -> Relaxation | None:
     """Return a change of the balance factor with its plan's residual; None if no plan is good enough."""
     (change,) = way.changes
     moved = shortfall.per_factor.scaled(change.proposed - change.present)
