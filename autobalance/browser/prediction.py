@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 
-from autobalance.declare import INLINE, Pair, Triple, decoded, encoded, record
+from autobalance.declare import Pair, Triple, decoded, encoded, record
 from autobalance.errors import JobError
+from autobalance.report.records.balance import Plane
 from autobalance.rigid_rotor.tolerance import TolerancePlane
-from autobalance.types import Values
+from autobalance.types import Array, Values
 
 if TYPE_CHECKING:
     from autobalance.crank.anatomy import Anatomy
@@ -35,13 +36,19 @@ TURNS_DEG = 60.0
 
 
 @record
-class Effect:
+class Left:
+    """Unbalance and moment of a rotor."""
+
+    unbalance_g_mm: Pair
+    moment_g_mm2: Pair
+
+
+@record
+class Effect(Left):
     """Change of a rotor by metal, and of a cut its slope with the depth, a millimetre."""
 
     mass_g: float
     inertia_kg_mm2: float
-    unbalance_g_mm: Pair
-    moment_g_mm2: Pair
 
     @classmethod
     def of(cls, moments: Moments) -> Self:
@@ -63,20 +70,12 @@ class DrillAtHand:
 
 
 @record
-class Grip:
-    """Start of a cut and its direction, rotor frame: the handle that is dragged.
+class CutModel:
+    """A cut that was made, how it may be changed, and what it does; ``may_turn`` about the crank axis.
 
+    ``begin_mm`` and ``deeper`` are its start and its direction, rotor frame: the handle that is dragged.
     ``rim_mm`` is the radius of a rim that shrinks with the depth, None for cuts that go one way.
     """
-
-    begin_mm: Triple
-    deeper: Triple
-    rim_mm: float | None
-
-
-@record
-class CutModel:
-    """A cut that was made, how it may be changed, and what it does; ``may_turn`` about the crank axis."""
 
     number: int
     kind: str
@@ -90,17 +89,11 @@ class CutModel:
     may_turn: bool
     diameter_mm: float | None
     drills: Sequence[DrillAtHand]
-    grip: Annotated[Grip, INLINE]
+    begin_mm: Triple
+    deeper: Triple
+    rim_mm: float | None
     effect: Effect
     rate: Effect
-
-
-@record
-class Left:
-    """Unbalance and moment of a rotor."""
-
-    unbalance_g_mm: Pair
-    moment_g_mm2: Pair
 
 
 @record
@@ -144,6 +137,7 @@ def linear_model(result: BalanceResult) -> LinearModel:
 
 
 def _cut(cut: Any, depth_mm: float, listed: Cut) -> CutModel:
+    begin, deeper, rim_mm = _grip(listed, depth_mm)
     return CutModel(
         number=listed.number,
         kind=listed.kind,
@@ -157,7 +151,9 @@ def _cut(cut: Any, depth_mm: float, listed: Cut) -> CutModel:
         may_turn=listed.of_kind.has_axis,
         diameter_mm=listed.diameter_mm,
         drills=_drills(cut, listed),
-        grip=_grip(listed, depth_mm),
+        begin_mm=begin,
+        deeper=deeper,
+        rim_mm=rim_mm,
         effect=Effect.of(cut.effect(depth_mm) + cut.pressed_in(depth_mm)),
         rate=Effect.of(cut.rate(depth_mm)),
     )
@@ -171,7 +167,7 @@ def _drills(cut: Any, listed: Cut) -> Sequence[DrillAtHand]:
     return [decoded(DrillAtHand, each) for each in about(cut.diameter_mm, MAX_DIAMETER_RATIO)]
 
 
-def _grip(listed: Cut, depth_mm: float) -> Grip:
+def _grip(listed: Cut, depth_mm: float) -> tuple[Array, Array, float | None]:
     at = np.asarray(listed.position_mm, dtype=np.float64)
     rim_mm = None
     if listed.hole is not None:
@@ -187,16 +183,7 @@ def _grip(listed: Cut, depth_mm: float) -> Grip:
         rim_mm, out = listed.new_rim.rim_radius_mm, math.hypot(at[0], at[1])
         deeper = np.array([-at[0] / out, -at[1] / out, 0.0]) if out > 0.0 else np.array([-1.0, 0.0, 0.0])
         begin = np.array([0.0, 0.0, at[2]]) - rim_mm * deeper
-    return Grip(begin_mm=begin, deeper=deeper, rim_mm=rim_mm)
-
-
-@record
-class PlanePredicted:
-    """Predicted unbalance in a tolerance plane."""
-
-    name: str
-    unbalance_g_mm: Pair
-    magnitude_g_mm: float
+    return begin, deeper, rim_mm
 
 
 @record
@@ -205,7 +192,7 @@ class Predicted:
 
     unbalance_g_mm: Pair
     magnitude_g_mm: float
-    planes: Sequence[PlanePredicted]
+    planes: Sequence[Plane]
     worst_share: float
     mass_change_g: float
     inertia_change_kg_mm2: float
@@ -253,7 +240,7 @@ def predicted(
         unbalance_g_mm=[unbalance.real, unbalance.imag],
         magnitude_g_mm=abs(unbalance),
         planes=[
-            PlanePredicted(name=plane.name, unbalance_g_mm=[v.real, v.imag], magnitude_g_mm=abs(v))
+            Plane(name=plane.name, unbalance_g_mm=[v.real, v.imag], magnitude_g_mm=abs(v))
             for plane, v in zip(tolerance.planes, vectors, strict=True)
         ],
         worst_share=max(shares),

@@ -205,7 +205,7 @@ def _written(result: BalanceResult, place: Place, notify: Progress) -> int:
     from autobalance.browser.prediction import linear_model
     from autobalance.declare import encoded
     from autobalance.paper.sheet import set_up_letter
-    from autobalance.report.balance.datums import with_design_radii
+    from autobalance.report.balance.zero import with_design_radii
     from autobalance.report.bundle import bundle
 
     result.write(place.results, progress=notify)
@@ -251,7 +251,7 @@ def _webs(material: Material) -> bytes:
     from dataclasses import asdict
 
     from autobalance.paper.svg_pen import section_drawings, web_drawings
-    from autobalance.report.balance.datums import with_design_radii
+    from autobalance.report.balance.zero import with_design_radii
 
     report = with_design_radii(material.balanced)
     given = report, material.drawings, material.choice.units

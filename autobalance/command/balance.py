@@ -143,7 +143,7 @@ def _recut(arguments: argparse.Namespace) -> int:
     from autobalance.command.console import say_as_it_is, shown, warn
     from autobalance.command.finish import judged, say_result
     from autobalance.errors import UsageError
-    from autobalance.report.balance.recut_text import recut_text
+    from autobalance.report.balance.text import recut_text
     from autobalance.report.balance.values import dumps
     from autobalance.report.display_units import ON_SCREEN
     from autobalance.report.records.balanced import BalancedReport

@@ -212,7 +212,7 @@ def cut_row(item: Cut, u: DisplayUnits, zero: Zero = FROM_CRANKPIN) -> list[str]
     ccw = kinds.angle_deg(item)
     point = None if item.hole is None else item.hole.point_mm
     depth, mass = float(item.depth_mm), item.removed_mass_g
-    if kinds.adds_metal(item):
+    if item.of_kind.adds_metal:
         depth, mass = abs(depth), abs(mass)
     own = from_crankpin = [NO_VALUE, NO_VALUE]
     if ccw is not None:
@@ -220,7 +220,7 @@ def cut_row(item: Cut, u: DisplayUnits, zero: Zero = FROM_CRANKPIN) -> list[str]
         from_crankpin = [f"({degrees(ccw)}", f"{degrees(-ccw)})"]
     return [
         str(item.number),
-        kinds.noun(item),
+        item.of_kind.noun,
         how(item),
         webs_of(item),
         *own,
@@ -237,8 +237,8 @@ def cut_row(item: Cut, u: DisplayUnits, zero: Zero = FROM_CRANKPIN) -> list[str]
 
 def how(item: Cut) -> str:
     """Return the kind's name and the side of the tool: ``drill from +z``."""
-    if kinds.adds_metal(item):
-        return kinds.verb(item)
+    if item.of_kind.adds_metal:
+        return item.of_kind.verb
     word, side = str(item.kind), side_of(item)
     return f"{word} {side}" if side else word
 

@@ -13,8 +13,7 @@ import numpy as np
 from autobalance.errors import FormatError
 from autobalance.paper.drawing import MIN_AXIAL_COMPONENT, Drawings, WebDrawing
 from autobalance.report.balance import kinds
-from autobalance.report.balance.datums import with_design_radii
-from autobalance.report.balance.zero import Zero, ZeroChoice
+from autobalance.report.balance.zero import Zero, ZeroChoice, with_design_radii
 from autobalance.report.display_units import ON_PAPER, DisplayUnits, UnitSystem
 from autobalance.report.records.balanced import BalancedReport, Cut
 from autobalance.solid.csg.region import Polygons

@@ -100,7 +100,7 @@ def _making(run: Sequence[Cut], zero: Zero, cheeks: Mapping[int, Cheek], u: Disp
     angles = [kinds.angle_deg(each) for each in run]
     known = [zero.ccw(angle) for angle in angles if angle is not None]
     what = _instruction(zero.counted(item), u)
-    label, ccw, cw = f"{kinds.piece(item)} {item.number}", NO_VALUE, NO_VALUE
+    label, ccw, cw = f"{item.of_kind.piece} {item.number}", NO_VALUE, NO_VALUE
     if known:
         ccw, cw = degrees(known[0]), degrees(-known[0])
     alone, first = len(run) == 1, (ccw, cw)
@@ -133,12 +133,12 @@ def _numbers(numbers: Sequence[int]) -> str:
 
 
 def _instruction(item: Cut, u: DisplayUnits) -> str:
-    text = kinds.instruction(item, u)
+    text = item.of_kind.instruction(item.item, u)
     if item.hole is not None and (old := item.hole.deepened_from_mm):
         text += f"; deepen the existing hole of {u.mm(old)}: {u.mm(old + item.depth_mm)} in all"
     if (rim := item.new_rim) is not None:
         text += f"; from radius {u.mm(rim.rim_radius_mm)} to {u.mm(rim.new_radius_mm)}"
-    if (face := item.new_face) is not None and kinds.adds_metal(item):
+    if (face := item.new_face) is not None and item.of_kind.adds_metal:
         text += f"; height {u.mm(face.face_height_mm)} to {u.mm(face.new_height_mm)}"
     return text
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from autobalance.declare import present
 from autobalance.paper.drawing import MIN_AXIAL_COMPONENT, Drawings
-from autobalance.report.balance.datums import angle_datum
+from autobalance.report.balance.zero import angle_datum
 from autobalance.report.records.balanced import BalancedReport, Cut
 from autobalance.types import Array
 from autobalance.value_classes import dataclass

@@ -22,7 +22,6 @@ from autobalance.paper.pen import (
 )
 from autobalance.paper.plates import scale_for
 from autobalance.paper.rim_strips import Cheek
-from autobalance.report.balance import kinds
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.records.balanced import Cut
 from autobalance.types import Array
@@ -103,7 +102,7 @@ class SectionView:
         pen.shape(self.section.outline, self.to_page, METAL, INK, 0.2)
         for item in self.items:
             slug = item.slug is not None
-            pen.hatch(self.section.cuts[item.number], self.to_page, kinds.adds_metal(item), filled=slug)
+            pen.hatch(self.section.cuts[item.number], self.to_page, item.of_kind.adds_metal, filled=slug)
         self._axis(pen)
         self._cheek(pen)
         if self.measured is not None:

@@ -30,9 +30,17 @@ from autobalance.paper.template_view import template_rows
 from autobalance.paper.tolerances import Tolerances, held, held_words, tolerances
 from autobalance.paper.web_view import PlateView, WholeCrank
 from autobalance.report.balance import kinds
-from autobalance.report.balance.datums import angle_datum, datums_of, with_design_radii, z_datum_face
 from autobalance.report.balance.headline import relaxation_lines
-from autobalance.report.balance.zero import CRANKPIN, KEYWAY, Zero, ZeroChoice
+from autobalance.report.balance.zero import (
+    CRANKPIN,
+    KEYWAY,
+    Zero,
+    ZeroChoice,
+    angle_datum,
+    datums_of,
+    with_design_radii,
+    z_datum_face,
+)
 from autobalance.report.display_units import ON_PAPER, DisplayUnits, UnitSystem, in_units
 from autobalance.report.job_header import external_words, work
 from autobalance.report.records.balanced import BalancedReport, Cut

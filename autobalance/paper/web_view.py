@@ -114,7 +114,7 @@ class WebView:
     def _metal(self, pen: Pen, item: Cut) -> None:
         """Draw the metal that a cut removes or adds, and the circle and axis of a hole."""
         shadow = self.plate.web.cuts.get(item.number, [])
-        pen.hatch(shadow, self.to_page, kinds.adds_metal(item), filled=item.slug is not None)
+        pen.hatch(shadow, self.to_page, item.of_kind.adds_metal, filled=item.slug is not None)
         place = np.asarray(item.position_mm[:2], dtype=np.float64)
         if (hole := item.hole) is None:
             return
@@ -298,7 +298,7 @@ class PlateView(Flowable):  # type: ignore[misc]
             words.append("seen from below: ccw runs clockwise here")
         words += [twin.words for twin in self.plate.twins]
         items = self.plate.items
-        if any(map(kinds.adds_metal, items)):
+        if any(item.of_kind.adds_metal for item in items):
             words.append("crossed: built up")
         if any(item.slug is not None for item in items):
             words.append("filled: slug")

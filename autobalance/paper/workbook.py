@@ -366,7 +366,7 @@ def _corrections(page: Any, formats: Mapping[str, Any], report: BalancedReport) 
         page.write_string(0, column, text, formats["head"])
     for row, item in enumerate(report.corrections, 1):
         page.write_number(row, 0, item.number)
-        page.write_string(row, 1, kinds.noun(item))
+        page.write_string(row, 1, item.of_kind.noun)
         page.write_string(row, 2, kinds.place(item), formats["wrapped"])
         numbers = [abs(item.depth_mm), item.diameter_mm, kinds.angle_deg(item), item.position_mm[2], item.radius_mm, item.removed_mass_g, *item.unbalance_change_g_mm]  # fmt: skip
         for column, value in enumerate(numbers, 3):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from autobalance.report.balance import kinds
 from autobalance.report.records.balanced import BalancedReport
 from autobalance.solid.csg.shape import Shared, beyond, shared_with
 from autobalance.solid.csg.solid import Solid
@@ -44,7 +43,7 @@ class Piece:
 
 def pieces_of(report: BalancedReport, before: Solid, tools: Sequence[Solid]) -> list[Piece]:
     """Return the metal of each correction from its tool body, file coordinates."""
-    adds = [kinds.adds_metal(item) for item in report.corrections]
+    adds = [item.of_kind.adds_metal for item in report.corrections]
     removing = [k for k, added in enumerate(adds) if not added]
     pieces = []
     for k, metal in zip(removing, shared_with(before, [tools[k] for k in removing]), strict=True):

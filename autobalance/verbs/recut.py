@@ -86,7 +86,7 @@ class RecutResult(BalanceResult):
         return history_page(shown, stage_dates(shown.stages[:-1], self.folder))
 
     def _text(self, units: str, verbose: bool) -> str:
-        from autobalance.report.balance.recut_text import recut_text
+        from autobalance.report.balance.text import recut_text
         from autobalance.report.display_units import ON_SCREEN
         from autobalance.report.records.balanced import BalancedReport
         from autobalance.report.tables import unglued

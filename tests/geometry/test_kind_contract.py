@@ -206,7 +206,7 @@ def test_what_is_told_is_complete_and_valid(bench: Bench, name: str) -> None:
         assert item["kind"] == name
         listed = decoded(ListedCut, item, partly=True)
         for units in ON_PAPER.values():
-            line = kinds.instruction(listed, units)
+            line = kind.instruction(item, units)
             assert line
             assert "\n" not in line
             row = cut_row(listed, units)

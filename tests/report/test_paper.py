@@ -26,8 +26,7 @@ from autobalance.paper.sheet import pdf
 from autobalance.paper.tolerances import ERROR_SHARE, USUAL_ACCURACY, press_fit, tolerances
 from autobalance.paper.web_view import WebView
 from autobalance.report.balance import kinds
-from autobalance.report.balance.datums import with_design_radii
-from autobalance.report.balance.zero import FROM_CRANKPIN, Zero
+from autobalance.report.balance.zero import FROM_CRANKPIN, Zero, with_design_radii
 from autobalance.report.display_units import ON_PAPER
 from autobalance.report.records.balanced import BalancedReport, Cut
 from autobalance.wording import degrees

@@ -23,8 +23,7 @@ from autobalance.browser.work import MESH, MODEL, SOLID_READ_SHARE, VERBS, Place
 from autobalance.crank.recognition.candidates import cylinder_candidates
 from autobalance.errors import JobError
 from autobalance.paper.svg_pen import section_drawings, web_drawings
-from autobalance.report.balance.datums import with_design_radii
-from autobalance.report.balance.zero import Zero
+from autobalance.report.balance.zero import Zero, with_design_radii
 from autobalance.report.records.balanced import BalancedReport
 from tests import jobs
 from tests.web_app import small
@@ -187,12 +186,12 @@ def test_a_hole_by_another_drill_is_predicted_as_it_is_then_measured() -> None:
 def test_a_handle_stands_where_the_next_metal_goes(method: str) -> None:
     """What one more millimetre takes away has its middle at the floor of the cut."""
     for cut in linear_model(on_small(method)[1]).cuts:
-        floor = np.array(cut.grip.begin_mm) + cut.depth_mm * np.array(cut.grip.deeper)
+        floor = np.array(cut.begin_mm) + cut.depth_mm * np.array(cut.deeper)
         middle = np.array(cut.rate.unbalance_g_mm) / cut.rate.mass_g
         assert floor[:2] == pytest.approx(middle, abs=4.0), cut.label  # a drill's point is longer
         z = cut.rate.moment_g_mm2[0] / cut.rate.unbalance_g_mm[0]
         assert floor[2] == pytest.approx(z, abs=1e-3), cut.label
-        assert np.linalg.norm(cut.grip.deeper) == pytest.approx(1.0)
+        assert np.linalg.norm(cut.deeper) == pytest.approx(1.0)
 
 
 def test_what_was_dragged_is_cut_and_measured() -> None:

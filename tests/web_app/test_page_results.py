@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import autobalance as ab
-from autobalance.report.balance.datums import with_design_radii
+from autobalance.report.balance.zero import with_design_radii
 from autobalance.report.records.balanced import BalancedReport
 from tests.report.browser import Browser
 from tests.web_app import small

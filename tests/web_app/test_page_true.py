@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from autobalance.report.balance.datums import with_design_radii
+from autobalance.report.balance.zero import with_design_radii
 from autobalance.report.records.balanced import BalancedReport
 from tests.report.browser import Browser
 from tests.web_app import small

@@ -10,7 +10,7 @@ from itertools import groupby
 from autobalance.declare import present
 from autobalance.planning.relaxation import Relaxation
 from autobalance.quantities import Text, g, joined, said
-from autobalance.report.balance.kinds import apart, piece, verb
+from autobalance.report.balance.kinds import apart
 from autobalance.report.display_units import DisplayUnits, in_units
 from autobalance.report.records.balanced import BalancedReport, Cut
 from autobalance.wording import listed_numbers
@@ -109,7 +109,7 @@ def _cuts(corrections: Sequence[Cut], units: DisplayUnits) -> str:
 
 
 def _tool(correction: Cut) -> tuple[str, float]:
-    return verb(correction), correction.diameter_mm or 0.0
+    return correction.of_kind.verb, correction.diameter_mm or 0.0
 
 
 def _cuts_alike(alike: Sequence[Cut], units: DisplayUnits) -> str:
@@ -120,8 +120,8 @@ def _cuts_alike(alike: Sequence[Cut], units: DisplayUnits) -> str:
     depths = sorted(abs(each.depth_mm) for each in alike)
     first, last = units.of_size(depths[0]), units.of_size(depths[-1])
     depth = first if first == last else f"{first.partition(' ')[0]} to {last}"
-    count = f", {len(alike)} {piece(alike[0])}s of {depth}" if len(alike) > 1 else f", {depth}"
-    return f"{verb(alike[0])}{tool}{place}{count}"
+    count = f", {len(alike)} {alike[0].of_kind.piece}s of {depth}" if len(alike) > 1 else f", {depth}"
+    return f"{alike[0].of_kind.verb}{tool}{place}{count}"
 
 
 def _left(report: BalancedReport, units: DisplayUnits) -> str:

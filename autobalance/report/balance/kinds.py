@@ -5,56 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from autobalance.correction.contract import Figures
 from autobalance.report.records.balanced import BalancedReport, Cut
 from autobalance.wording import NO_VALUE, degrees
 from autobalance.wording import angle_deg as angle_of
 
 
-def verb(item: Cut) -> str:
-    """Return the verb of a correction, as the summary has it: ``drill``."""
-    return item.of_kind.verb
-
-
-def noun(item: Cut) -> str:
-    """Return the name of a correction: ``Drilled hole``."""
-    return item.of_kind.noun
-
-
-def adds_metal(item: Cut) -> bool:
-    return item.of_kind.adds_metal
-
-
-def piece(item: Cut) -> str:
-    """Return the word for a correction: ``cut`` or ``pad``."""
-    return item.of_kind.piece
-
-
-def extent(item: Cut) -> str:
-    """Return the word for a correction's size along its direction: ``depth`` or ``height``."""
-    return item.of_kind.extent
-
-
 def apart(items: Iterable[Cut]) -> tuple[list[Cut], list[Cut]]:
     """Return the cuts, and the pads: metal that is put on has a height."""
     every = list(items)
-    return [each for each in every if not adds_metal(each)], [each for each in every if adds_metal(each)]
+    return [each for each in every if not each.of_kind.adds_metal], [
+        each for each in every if each.of_kind.adds_metal
+    ]
 
 
 def counted(items: Iterable[Cut]) -> str:
     """Return the numbers of cuts and pads, as far as there are any: ``2 cuts, 1 pad``."""
     numbers = zip(map(len, apart(items)), ("cut", "pad"), strict=True)
     return ", ".join(f"{count} {name}{'s' * (count > 1)}" for count, name in numbers if count)
-
-
-def size(item: Cut) -> str:
-    """Return the sizes that the machinist sets besides the depth."""
-    return item.of_kind.size(item.item)
-
-
-def instruction(item: Cut, figures: Figures) -> str:
-    """Return the machinist's instruction in one line."""
-    return item.of_kind.instruction(item.item, figures)
 
 
 def angle_deg(item: Cut) -> float | None:

@@ -15,6 +15,7 @@ from autobalance.report.balance.zero import Zero, ZeroChoice, corrections_text, 
 from autobalance.report.display_units import DisplayUnits, in_units
 from autobalance.report.records.balance import Plane, Unbalance
 from autobalance.report.records.balanced import BalancedReport
+from autobalance.report.records.stage import StageUnbalance
 from autobalance.report.tables import table, whole
 from autobalance.running_gear.roll import ShakingForce
 from autobalance.running_gear.whole_engine import ForceOrder
@@ -281,3 +282,37 @@ def _overbalance(report: BalancedReport, units: DisplayUnits, zero: Zero) -> str
     if left.reason:
         lines.append(f"  {left.reason}")
     return "\n".join(lines)
+
+
+# A further stage: the cuts, and the reading that they follow from.
+
+
+def recut_text(
+    report: BalancedReport,
+    units: DisplayUnits,
+    folder: Path | None = None,
+    verbose: bool = False,
+    zero: ZeroChoice = "keyway",
+) -> str:
+    """Return the summary of the cuts, then the reading beside the expected unbalance."""
+    stage = report.stages[-1]
+    serial = "" if stage.serial is None else f" of {stage.serial}"
+    origin = Zero.of(report, zero)
+    read, expected = (_as_read(each, units, origin) for each in (stage.reading, stage.expected))
+    bob_weights = ", ".join(units.of_bob_weight(each) for each in stage.bob_weights_g)
+    lines = [
+        balance_text(report, units, folder, verbose, zero),
+        "",
+        f"Stage {stage.stage}{serial}",
+        f"  read      {read}",
+        f"  expected  {expected}",
+        f"  angles from {origin.name}; bob-weights fitted: {bob_weights}",
+    ]
+    return "\n".join(lines)
+
+
+def _as_read(values: StageUnbalance | None, units: DisplayUnits, zero: Zero) -> str:
+    assert values is not None  # a stage after the first has both
+    off = values.uncertainty_g_mm
+    doubt = "" if off is None else f" ± {units.of_unbalance(off)}"
+    return units.of_vector(values.magnitude_g_mm, zero.ccw(values.angle_deg), doubt)

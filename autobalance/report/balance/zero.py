@@ -1,15 +1,16 @@
-"""The zero of a sheet's angles, and the cuts to make as a table for people."""
+"""The zero and datums of a report's angles and places, and the cuts to make as a table for people."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, Literal
 
 from autobalance.correction.holes import drills
-from autobalance.declare import changed
+from autobalance.crank.datums import DatumAngle, DatumFace, Datums
+from autobalance.declare import changed, present
 from autobalance.report.balance import kinds
-from autobalance.report.balance.datums import angle_datum, with_design_radii
-from autobalance.report.balance.kinds import angle_deg, verb
+from autobalance.report.balance.kinds import angle_deg
 from autobalance.report.display_units import DisplayUnits, in_units
 from autobalance.report.records.balanced import BalancedReport, Cut
 from autobalance.report.tables import table
@@ -78,6 +79,67 @@ class Zero:
 FROM_CRANKPIN = Zero(CRANKPIN, 0.0)
 
 
+# Datums from which a report's angles and places are measured.
+
+
+MOVED_MM = 0.05
+"""Distance from a cut face within which a face counts as the same one."""
+
+
+ROUNDING_MM = 0.01
+"""Difference of an entry from the rim beyond the facets, by the rim's own fit."""
+
+
+FACETS_DIFFER = 1.5
+"""Chord height of one facet of a rim, up to so many times that of the report."""
+
+
+def with_design_radii(report: BalancedReport) -> BalancedReport:
+    """Return a report for people: the entries of holes in a rim lie on the rim's own circle.
+
+    The model drills into a facet, up to its chord height below the circle; entries of one rim would differ by
+    that. A hole counts as one in the rim where it differs by no more.
+    """
+    facets = report.crank.facet_error
+    sag_mm = 0.0 if facets is None else facets.sag_mm
+    outlines = {web.number: present(web.outline) for web in report.crank.webs}
+    rims = {number: shape.rim_radius_mm for number, shape in outlines.items() if shape is not None}
+    items = [_on_rim(item, rims.get(item.web or 0), sag_mm) for item in report.corrections]
+    return changed(report, corrections=items)
+
+
+def _on_rim(item: Cut, rim_mm: float | None, sag_mm: float) -> Cut:
+    entry = None if item.hole is None else item.hole.entry_radius_mm
+    if not rim_mm or item.hole is None or entry is None or item.direction != "radial":
+        return item
+    if not -ROUNDING_MM <= rim_mm - entry <= FACETS_DIFFER * sag_mm + ROUNDING_MM:
+        return item
+    x, y, z = item.position_mm
+    scale = rim_mm / math.hypot(x, y)
+    hole = changed(item.hole, entry_radius_mm=rim_mm)
+    return changed(item, hole=hole, position_mm=[scale * x, scale * y, z])
+
+
+def angle_datum(report: BalancedReport) -> DatumAngle | None:
+    """Return the datum of a report's angles besides crankpin 1; None without one."""
+    return datums_of(report).angle
+
+
+def z_datum_face(report: BalancedReport) -> DatumFace | None:
+    """Return the best datum face for a report's z that no cut moves; None without one."""
+    cuts = [*report.corrections, *report.earlier_corrections]
+    moved = [cut.new_face.face_height_mm for cut in cuts if cut.new_face is not None]
+    for face in datums_of(report).faces:
+        if all(abs(abs(height) - abs(face.z_mm)) > MOVED_MM for height in moved):
+            return face
+    return None
+
+
+def datums_of(report: BalancedReport) -> Datums:
+    """Return the features of a crank that can be touched; none where they were not looked for."""
+    return report.crank.datums or Datums()
+
+
 # The cuts to make, as a table for people.
 
 
@@ -106,7 +168,7 @@ def cut_rows(title: str, corrections: Sequence[Cut], units: DisplayUnits, zero: 
     """Return cuts, or pads, as rows: tool and place, angle, depth or height, metal, radius and z."""
     signs = {each.removed_mass_g >= 0.0 for each in corrections}
     metal = "metal" if len(signs) > 1 else "metal off" if signs == {True} else "metal on"
-    rows: list[Sequence[str]] = [(title, "web", "angle", kinds.extent(corrections[0]), metal, "radius", "z")]
+    rows: list[Sequence[str]] = [(title, "web", "angle", corrections[0].of_kind.extent, metal, "radius", "z")]
     rows += [_row(each, units, zero, len(signs) > 1) for each in corrections]
     return table(rows)
 
@@ -129,7 +191,7 @@ def _row(correction: Cut, units: DisplayUnits, zero: Zero, names_sign: bool) -> 
 
 
 def _what(correction: Cut, units: DisplayUnits, zero: Zero) -> str:
-    what = verb(correction)
+    what = correction.of_kind.verb
     if correction.diameter_mm is not None:
         what += f" ⌀{units.of_size(correction.diameter_mm)}"
         drill = drills.called(correction.item)

@@ -168,14 +168,14 @@ def _corrections(report: BalancedReport, zero: Zero) -> dict[str, Any]:
 
 def _rows(report: BalancedReport, zero: Zero) -> Iterator[dict[str, Any]]:
     for place, item in enumerate(report.corrections):
-        size = in_units(kinds.size(item), PAGE_UNITS.get())
+        size = in_units(item.of_kind.size(item.item), PAGE_UNITS.get())
         yield {
             "place": place,
-            "adds": kinds.adds_metal(item),
+            "adds": item.of_kind.adds_metal,
             "height_mm": abs(item.depth_mm),
             "added_g": abs(item.removed_mass_g),
             "number": item.number,
-            "noun": kinds.noun(item),
+            "noun": item.of_kind.noun,
             "details": ", ".join(part for part in (kinds.place(zero.counted(item)), size) if part),
             "effect_g_mm": math.hypot(*item.unbalance_change_g_mm),
             "heavy_at": heavy_at(item.unbalance_change_g_mm),

@@ -107,14 +107,14 @@ def _label(numbered: tuple[int, Cut], pieces: Sequence[Piece], turned: Sequence[
             label = weight @ corners.mean(axis=1) / weight.sum()
             break
     depth = f"{length(abs(item.depth_mm), 2)} {PAGE_UNITS.get().length}"
-    size = f"{kinds.extent(item)} {depth}"
+    size = f"{item.of_kind.extent} {depth}"
     return {
         "number": item.number,
         "depth_mm": item.depth_mm,
         "depth_text": depth,
         "label_mm": [float(v) for v in label],
         "towards": _towards(item),
-        "said": f"Correction {item.number}: {kinds.noun(item)}, {kinds.place(item)}, {size}",
+        "said": f"Correction {item.number}: {item.of_kind.noun}, {kinds.place(item)}, {size}",
     }
 
 
@@ -232,7 +232,8 @@ def coarse_pieces(
     step, coarse = 1e-5 * size_mm, pieces
     while sum(len(piece.mesh.triangles) for piece in coarse) > most and step < 1e-3 * size_mm:
         coarse = [
-            piece.simplified(step, kinds.adds_metal(report.corrections[piece.correction])) for piece in pieces
+            piece.simplified(step, report.corrections[piece.correction].of_kind.adds_metal)
+            for piece in pieces
         ]
         step *= 4.0
     return coarse
@@ -244,7 +245,7 @@ def _cut(report: BalancedReport, crank: Solid, tools: Sequence[Solid]) -> Solid:
         chosen = [
             tool
             for tool, item in zip(tools, report.corrections, strict=True)
-            if kinds.adds_metal(item) == adds
+            if item.of_kind.adds_metal == adds
         ]
         if chosen:
             crank = crank + union(chosen) if adds else crank - union(chosen)
