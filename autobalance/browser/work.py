@@ -273,7 +273,7 @@ def _compare(request: Asked, place: Place, notify: Progress) -> int:
     drawn: list[str] = []
 
     def keep(some: CompareResult) -> None:
-        names = ("rows", "recommended", "why", "unbeaten")
+        names = ("rows", "recommended", "why", "prefer", "ranking", "unbeaten")
         cards = {name: some.report[name] for name in names}
         if cards["recommended"] is not None:
             cards["recommended"] = "+".join(cards["recommended"])

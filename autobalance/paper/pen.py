@@ -69,6 +69,16 @@ def width_mm(text: str, size: float, bold: bool = False) -> float:
     return float(stringWidth(text, font_of(text, bold), size)) / POINTS_PER_MM
 
 
+NUMERAL_GAP_MM = 0.6
+"""Gap between the two numerals at a mark of a degree wheel."""
+
+
+def numeral_width_mm(text: str, other: str) -> float:
+    """Return the width of a numeral and another one behind it, "" for none [mm]."""
+    own = width_mm(text, SMALLEST_PT, True)
+    return own + (NUMERAL_GAP_MM + width_mm(other, SMALLEST_PT) if other else 0.0)
+
+
 def lines_of(text: str, size: float, room_mm: float) -> list[str]:
     """Return a text in lines that fit a width; a longer word is broken."""
     lines: list[str] = []
@@ -177,6 +187,16 @@ class Pen:
         self.canvas.setFillColor(paint(colour))
         draw = {"left": "drawString", "right": "drawRightString", "centre": "drawCentredString"}[align]
         getattr(self.canvas, draw)(x * POINTS_PER_MM, self.y(down), text)
+
+    def numeral(self, x: float, down: float, side: float, text: str, other: str) -> None:
+        """Write a numeral in bold, and another one behind it in a soft colour.
+
+        ``side`` is the share of their width, -0.5 to 0.5, by which their middle is right of ``x``.
+        """
+        left = x + (side - 0.5) * numeral_width_mm(text, other)
+        self.text(left, down, text, SMALLEST_PT, INK, bold=True)
+        behind = left + width_mm(text, SMALLEST_PT, True) + NUMERAL_GAP_MM
+        self.text(behind, down, other, SMALLEST_PT, SOFT)
 
     def run(self, down: float, pieces: Sequence[tuple[float, str, float]], colour: str = INK) -> None:
         """Write texts (x, text, size) on one line as one run, for programs that read the text."""

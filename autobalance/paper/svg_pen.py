@@ -17,6 +17,7 @@ from autobalance.paper.pen import (
     HATCH_MM,
     INK,
     METAL,
+    NUMERAL_GAP_MM,
     RULE,
     SLUG,
     SMALLEST_PT,
@@ -55,6 +56,8 @@ BOX_MM = 84.0
 SECTION_MM, WHOLE_MM = (92.0, 70.0), (150.0, 84.0)
 """Width and room of the section through a web, and of that along the whole crank."""
 WHOLE_CRANK = "The whole crank: section through the axis and crankpin 1"
+BESIDE = 0.25
+"""Share of its width by which a numeral's middle is beside its mark, above which it begins or ends there."""
 ANCHORS = {"left": "start", "right": "end", "centre": "middle"}
 
 
@@ -136,6 +139,18 @@ class SvgPen(Pen):
                 f'<text x="{x:.3f}" y="{down:.3f}" font-size="{size * MM_PER_POINT:.3f}" '
                 f'text-anchor="{ANCHORS[align]}" fill="{_paint(colour)}"{weight}>{html.escape(text)}</text>'
             )
+
+    def numeral(self, x: float, down: float, side: float, text: str, other: str) -> None:
+        """Write both numerals as one text: a page's wider fonts then put neither over the other."""
+        anchor = "start" if side > BESIDE else "end" if side < -BESIDE else "middle"
+        words = f'<tspan font-weight="700">{html.escape(text)}</tspan>'
+        if other:
+            words += f' <tspan fill="{_paint(SOFT)}" dx="{NUMERAL_GAP_MM}">{html.escape(other)}</tspan>'
+        size = SMALLEST_PT * MM_PER_POINT
+        self._made.append(
+            f'<text x="{x:.3f}" y="{down:.3f}" font-size="{size:.3f}" text-anchor="{anchor}" '
+            f'fill="{_paint(INK)}">{words}</text>'
+        )
 
     def line(
         self, x0: float, y0: float, x1: float, y1: float, colour: str = RULE, width_mm: float = 0.15,

@@ -24,8 +24,8 @@ from autobalance.paper.pen import (
     SOFT,
     Pen,
     badge_width_mm,
+    numeral_width_mm,
     shortened,
-    width_mm,
 )
 from autobalance.paper.plates import Plate, scale_for
 from autobalance.paper.rim_strips import Cheek
@@ -191,15 +191,12 @@ class WebView:
     def _numeral(self, pen: Pen, turn: float, text: str, other: str, occupied: Occupied) -> None:
         """Write a numeral of the wheel, unless a number is in its place."""
         x, down = self._at(turn, self.wheel + TICKS_MM + 0.6)
-        wide = width_mm(text, SIZE, True) + (0.6 + width_mm(other, SIZE) if other else 0.0)
-        left = (
-            x
-            + (math.copysign(0.5, x - self.cx) * min(1.0, abs(x - self.cx) / (0.2 * self.wheel)) - 0.5) * wide
-        )
+        wide = numeral_width_mm(text, other)
+        side = math.copysign(0.5, x - self.cx) * min(1.0, abs(x - self.cx) / (0.2 * self.wheel))
+        left = x + (side - 0.5) * wide
         base = down + 1.0 + 2.0 * (down - self.cy) / self.wheel
         if occupied.take((left - 0.6, base - 2.4, left + wide + 0.6, base + 0.9)):
-            pen.text(left, base, text, SIZE, INK, bold=True)
-            pen.text(left + width_mm(text, SIZE, True) + 0.6, base, other, SIZE, SOFT)
+            pen.numeral(x, base, side, text, other)
 
     def _mark(self, pen: Pen, angle_deg: float) -> None:
         turn = math.radians(angle_deg)

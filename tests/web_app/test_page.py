@@ -1,6 +1,7 @@
 """What the app's page does, each thing by itself: every test loads it on a project with a small crank."""
 
 import json
+import re
 import time
 import tomllib
 from typing import Any
@@ -253,7 +254,8 @@ def test_the_board_shows_every_alternative(page: Browser, project: Served) -> No
     report, shown = latest(project, "compare")["report"], numbers(page)
     names = page.run("return [...document.querySelectorAll('#board h3')].map(each => each.textContent)")
     assert names[0] == "+".join(report["recommended"])
-    assert page.run("return document.getElementById('board-why').textContent") == report["why"]
+    why = page.run("return document.getElementById('board-why').textContent")
+    assert why.lower().replace(" + ", "+").replace("−", "-") == report["why"].lower()
     methods = report["recommended"]  # is chosen
     said = f"method = {json.dumps(methods[0] if len(methods) == 1 else methods)}"
     job_text(page, said)
@@ -293,6 +295,22 @@ def test_the_board_shows_every_alternative(page: Browser, project: Served) -> No
     until(page, "return !document.getElementById('job-text').textContent.includes('method = \"drill\"')")
     found = tomllib.loads(text_of(page, "job-text"))["correction"]["method"]
     assert found == (other if "+" not in other else other.split("+"))
+    says_why_in_german(page, project)
+
+
+def says_why_in_german(page: Browser, project: Served) -> None:
+    """Say why a method is recommended in the page's language, with the same numbers."""
+    page.run("localStorage.setItem('autobalance-language', 'de')")
+    try:
+        load(page, project)
+        page.click_on(at("tab-correct"))
+        why = until(page, "return document.getElementById('board-why')?.textContent")
+        assert "geordnet nach: am wenigsten verschiedene Schnitte" in why
+        assert re.search(r"\b(moved|ranked|cuts?|wall|next|kept)\b", why) is None
+        report = latest(project, "compare")["report"]
+        assert re.findall(r"\d+", why) == re.findall(r"\d+", report["why"])
+    finally:
+        page.run("localStorage.removeItem('autobalance-language')")
 
 
 # --- by keys, at any width ----------------------------------------------------------------------------------

@@ -67,6 +67,16 @@ def test_a_face_of_the_cube_shows_the_crank_from_there(page: Browser) -> None:
         until(page, f"return (() => {{ {FACES} }})().join() === arguments[0]", face, most_s=10.0)
 
 
+def test_ends_without_keyway_and_flange_have_the_names_of_the_axis(page: Browser) -> None:
+    until(page, READY)
+    for face, words in (("Front", "\u2212z"), ("Rear", "+z")):
+        page.run(AWAY, OUT[face])
+        seen = "[...document.querySelectorAll('#model-tags [data-tag=end]:not([hidden])')]"
+        until(
+            page, f"return {seen}.map(each => each.textContent).join() === arguments[0]", words, most_s=10.0
+        )
+
+
 def test_parts_are_named_where_they_are_and_names_never_touch(page: Browser, project: Served) -> None:
     until(page, READY)
     named = tags(page, "part")

@@ -80,6 +80,10 @@ def test_a_hole_has_the_same_angle_on_the_page_and_on_every_paper(shown: Browser
     )
     assert row[2] == f"{angle} K↺"
     assert "keyway" in shown.run("return document.querySelector('[data-testid=zero]').textContent")
+    (key,) = report["crank"]["datums"]["keyways"]
+    ends = "[...document.querySelectorAll('#model-tags [data-tag=end]')].map(each => each.textContent)"
+    nose = f"nose ({key['end']})".replace("-", "\u2212")
+    until(shown, f"return {ends}.includes(arguments[0])", nose, most_s=20.0)
 
     def paper(name: str) -> bytes:
         room = "papers" if name in ("certificate.pdf", "holes.csv", "drawing.dxf") else "files"

@@ -1,6 +1,6 @@
 // Alternatives: every kind of correction and the useful mixes on this crank, as cards with pictures, the best first.
 import { html } from "/static/preact.min.js";
-import { $ } from "/static/tools.js";
+import { $, withUnit } from "/static/tools.js";
 import { askJson, behind, guarded } from "/static/server.js";
 import { answered, applied, changed, job, on, state } from "/static/job.js";
 import { chosen, kinds, listed, ofAllKinds, tableOf } from "/static/limits.js";
@@ -8,7 +8,8 @@ import { cutting, running, start, watched } from "/static/runs.js";
 import { Measured } from "/static/measured.js";
 import { signal } from "/static/store.js";
 import { said } from "/static/said.js";
-import { t } from "/static/words.js";
+import { kindWords } from "/static/kind-cards.js";
+import { decimal, plain, t } from "/static/words.js";
 
 const VERDICTS = { within_tolerance: "within tolerance", already_within_tolerance: "already within tolerance", above_tolerance: "above tolerance" };
 const shown = signal(null); // { id, of, rows, pictures, recommended, why, whole }
@@ -58,7 +59,7 @@ function recommended() {
 export async function board(told) {
   const of = (await askJson(`/api/runs/${told.id}/asked`)).job, report = await askJson(`/api/runs/${told.id}/report`);
   const pictures = told.files.filter((name) => name.endsWith(".png")).map((name) => name.replace(/\.png$/, ""));
-  shown.value = { id: told.id, of, rows: report.rows, pictures, recommended: report.recommended?.join("+"), why: report.why, unbeaten: report.unbeaten, whole: true };
+  shown.value = { id: told.id, of, rows: report.rows, pictures, recommended: report.recommended?.join("+"), why: report.why, prefer: report.prefer, ranking: report.ranking, unbeaten: report.unbeaten, whole: true };
 }
 
 // What an alternative depends on: all of a job but which of them is chosen, and the limits of its kinds.
@@ -88,8 +89,27 @@ const plan = (row) => JSON.stringify([row.outcome, row.residual_g_mm, row.metal_
 export function Board() {
   return html`<div id="board" data-testid="board" role="group" aria-label=${t("Alternatives")}><${Cards}/></div>`;
 }
-// The sentence that says why one is recommended.
-export const Why = () => (shown.value?.why ? html`<p class="quiet" id="board-why">${said(shown.value.why)}</p>` : "");
+// The sentence that says why one is recommended: the program's, in the page's language and units.
+export const Why = () => (shown.value?.why && shown.value.ranking ? html`<p class="quiet" id="board-why">${why(shown.value)}</p>` : "");
+const ORDER = { simple: "fewest different cuts, then fewest cuts, then the least metal", same_setup: "fewest different cuts, then fewest cuts, then the least metal", least_metal: "least metal", fewest_holes: "fewest cuts, then the least metal", least_inertia_change: "least change of inertia", most_inertia_removed: "most inertia removed" };
+const named = (row) => row.method.map(kindWords).join(" + ");
+function why({ rows, ranking, prefer, why: told }) {
+  const [first, next] = ranking.map((name) => rows.find((row) => nameOf(row) === name));
+  if (!first) {
+    const near = rows.filter((row) => row.residual_share !== null).sort((one, other) => one.residual_share - other.residual_share)[0];
+    return near ? t("none is within tolerance; {name} comes nearest, to {share} times the permissible unbalance", { name: named(near), share: plain(Number(near.residual_share.toPrecision(3))) }) : t("no kind of correction has a place on this crank");
+  }
+  if (first.outcome === "already_within_tolerance") return t("the crank is within tolerance; no cut is needed");
+  const parts = [t("{name}: {figures}; ranked by {order}", { name: named(first), figures: figures(first), order: t(ORDER[prefer]) }) + (told.includes("metal taken off before") ? `, ${t("metal taken off before metal added")}` : "")];
+  if (next) parts.push(t("next is {name}: {figures}", { name: named(next), figures: figures(next) }));
+  return parts.join("; ");
+}
+function figures({ cuts, different_cuts: different, metal_moved_g: moved, wall_left_mm: wall, web_metal_share: share }) {
+  const found = [cuts === 1 ? t("1 cut, {different} different", { different }) : t("{count} cuts, {different} different", { count: cuts, different }), t("{mass} moved", { mass: withUnit(moved || 0, 1, "g") })];
+  if (wall !== null && wall !== undefined) found.push(t("{wall} of wall left", { wall: withUnit(wall, 1, "mm") }));
+  if (share !== null && share !== undefined) found.push(t("{share} % of webs' metal kept", { share: decimal(100 * share, 0) }));
+  return found.join(", ");
+}
 function Cards() {
   if (!shown.value) return null;
   const { rows, recommended, whole } = shown.value, first = new Map();

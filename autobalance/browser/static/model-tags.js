@@ -90,6 +90,23 @@ function readAt(place, rings, tolerance) {
   return vector && Number.isFinite(z) ? arrow(vector, permitted, z) : [];
 }
 
+// Both ends of the crank: nose and flange where a keyway or a flange tells which, else as the axis points.
+function ends() {
+  const datums = (state.result?.report || state.inspected?.report)?.crank?.datums, set = view.sets[view.mode];
+  if (!datums || !set || !view.renderer) return [];
+  const { ends: [low, high], radius } = reachOf(), long = high - low, keyed = datums.keyways.map(({ end }) => end), flanged = datums.flanges.map(({ end }) => end);
+  const isAtOne = (list, end) => list.includes(end) && list.every((each) => each === end);
+  return [["-z", low, -1], ["+z", high, 1]].map(([end, z, way]) => {
+    const axis = end.replace("-", "\u2212"), name = isAtOne(flanged, end) ? t("flange") : isAtOne(keyed, end) ? t("nose") : "";
+    const spots = () => {
+      const beyond = PAST.map((share) => [0, 0, z + way * share * long]), up = view.axes()[1];
+      return Math.abs(view.eye()[2]) > END_ON ? [beyond[0], [-BELOW * radius * up[0], -BELOW * radius * up[1], z]] : beyond;
+    };
+    return { kind: "end", words: name ? `${name} (${axis})` : axis, spots, isFree: true, isSecond: () => Math.abs(view.eye()[2]) > END_ON };
+  });
+}
+const PAST = [0.04, 0.01, -0.03, -0.06], END_ON = 0.9, BELOW = 1.15; // of the crank's length from its end; component along the axis; of its largest radius
+
 let tags = [], drawn = null, drawnFor = "", looked = "";
 function Tags() {
   if (!view.renderer) return "";
@@ -97,6 +114,7 @@ function Tags() {
   tags = [
     ...rings.map(({ name, z }) => ({ kind: "plane", words: name, spots: () => onRing(radius, z) })),
     ...arrows.map(({ z, angle }) => ({ kind: "heavy", words: `${t("heavy at")} ${angleText((angle * 180) / Math.PI)} ${sign()}`, spots: () => [[TIP * radius * Math.cos(angle), TIP * radius * Math.sin(angle), z]], isFree: true })),
+    ...ends(),
     ...named.map((each) => ({ kind: "part", ...each })),
   ].map((tag) => ({ ...tag, size: known.get(tag.words) }));
   const now = JSON.stringify([view.mode, view.count, rings, arrows, tags.map(({ words }) => words)]);
@@ -108,12 +126,18 @@ function Tags() {
   return tags.map(({ kind, words, colour }, k) => html`<span key=${k} class=${`tag ${kind}`} data-tag=${kind}>${colour ? html`<i class="swatch" style=${{ "--c": `var(--${colour})` }}></i>` : ""}${words}</span>`);
 }
 // How far the shown crank reaches from its axis; it is asked for again and again.
-let reached = { of: null, radius: 0 };
-function reach() {
+let reached = { of: null, size: null };
+function reachOf() {
   const set = view.sets[view.mode];
-  if (reached.of !== set) reached = { of: set, radius: view.reach().radius };
-  return reached.radius;
+  if (reached.of !== set) reached = { of: set, size: { ...view.reach(), ends: along(view.corners()) } };
+  return reached.size;
 }
+function along(p) {
+  let low = Infinity, high = -Infinity;
+  for (let k = 2; k < p.length; k += 3) { if (p[k] < low) low = p[k]; if (p[k] > high) high = p[k]; }
+  return [low, high];
+}
+const reach = () => reachOf().radius;
 
 // --- in the scene ---------------------------------------------------------------------------------------------
 
@@ -174,7 +198,7 @@ function follow() {
   const said = new Set(), isApart = (rect) => !taken.some((other) => rect.left < other.right && other.left < rect.right && rect.top < other.bottom && other.top < rect.bottom);
   tags.forEach((tag, k) => {
     const made = box.children[k];
-    const [wide, high] = tag.size, spots = tag.kind === "part" ? (tag.at ? [tag.at] : []) : tag.isBehind || (tag.isFree && said.has(tag.words)) ? [] : tag.spots(); // two planes that are heavy at one angle say it once
+    const [wide, high] = tag.size, spots = tag.kind === "part" ? (tag.at ? [tag.at] : []) : tag.isBehind || (tag.isFree && said.has(tag.words)) ? [] : tag.isSecond?.() ? tag.spots().slice(1) : tag.spots(); // two planes that are heavy at one angle say it once
     const put = spots.map(view.placed, view).map(([x, y]) => ({ left: x - wide / 2, top: y - high / 2 })).find(({ left, top }) => left >= 0 && top >= 0 && left + wide <= width && top + high <= height && isApart(around(left, top, wide, high)));
     made.hidden = !put;
     if (!put) return;
