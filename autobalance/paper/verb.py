@@ -139,16 +139,16 @@ def sheet(
     left = earlier_stage(path)
     values: Values = dict(left.values)
     values["reason"] = with_parts(values.get("reason"), values.get("reason_parts"))
-    if units is None:
-        choice = replace(choice, units=(values["job"].get("shop") or {}).get("units") or "metric")
     try:
+        own = BalancedReport.read(values)
+        if units is None:
+            choice = replace(choice, units=own.given.shop.units or "metric")
         files = _drawn(values, left.source.solid, left.anatomy.file_to_rotor, choice)
     except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
         raise FormatError(
             f"{path.name} cannot be drawn: {type(error).__name__} at {error}; "
             "expected a report as balance writes it"
         ) from None
-    own = BalancedReport.read(values)
     prefix = file_prefix(own.given.job, own.serial)
     outputs = {
         kind: WrittenFile(file=prefix + SHEETS[kind], sha256=hashlib.sha256(data).hexdigest())

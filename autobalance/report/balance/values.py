@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.balancing.record import Record
-from autobalance.declare import encoded, fields_of
+from autobalance.declare import changed, encoded
 from autobalance.report.files import seen_from
 from autobalance.report.records.balance import Unbalance
+from autobalance.report.records.balanced import BalancedReport
 from autobalance.report.records.report import Report
 from autobalance.report.records.stage import (
     Previous,
@@ -85,10 +86,11 @@ class StageNotes:
 def stage_values(notes: StageNotes, folder: Path, ended: Result) -> Staged:
     """Return the keys of a stage's report, its paths as seen from its folder."""
     earlier, machine = notes.earlier, notes.judged.machine
+    before = BalancedReport.read(earlier.values)
     return Staged(
         serial=notes.reading.serial,
         previous=Previous(report=seen_from(folder, earlier.path), sha256=earlier.sha256),
-        stages=[*_earlier_stages(earlier, folder), _stage(notes, ended)],
+        stages=[*_earlier_stages(earlier, before, folder), _stage(notes, before, ended)],
         machine_reading=ReadUnbalance(
             file=notes.reading.values,
             zero_deg=notes.reading.values["zero_deg"],
@@ -100,11 +102,11 @@ def stage_values(notes: StageNotes, folder: Path, ended: Result) -> Staged:
             ],
         ),
         earlier_corrections=earlier.cuts,
-        input_is_untouched=_untouched(earlier),
+        input_is_untouched=_untouched(before),
     )
 
 
-def _stage(notes: StageNotes, ended: Result) -> Stage:
+def _stage(notes: StageNotes, before: BalancedReport, ended: Result) -> Stage:
     earlier, judged, places = notes.earlier, notes.judged, notes.earlier.tolerance.places_mm
     budget = judged.budget(places)
     apart = judged.unbalance - earlier.unbalance("residual")
@@ -118,47 +120,38 @@ def _stage(notes: StageNotes, ended: Result) -> Stage:
         corrections=len(ended.corrections),
         removed_mass_g=-sum(each.change.mass_g for each in ended.corrections),
         reading=StageUnbalance.of(Unbalance.of(judged.unbalance, places, budget)),
-        expected=StageUnbalance.read(earlier.values["residual"]),
+        expected=StageUnbalance.of(before.residual),
         deviation=StageUnbalance.of(Unbalance.of(apart, places, budget)),
         predicted=StageUnbalance.of(Unbalance.of(ended.residual, places, budget)),
         suspects=notes.suspects,
     )
 
 
-def _untouched(earlier: EarlierStage) -> bool:
+def _untouched(before: BalancedReport) -> bool:
     """Return whether the crank is still as it came: no stage has cut it."""
-    if earlier.values["outputs"]["solid"] is not None:
-        return False
-    return earlier.values["command"] == "balance" or bool(earlier.values["input_is_untouched"])
+    return before.written.solid is None and (before.command == "balance" or before.input_is_untouched)
 
 
-def _earlier_stages(earlier: EarlierStage, folder: Path) -> list[Stage]:
+def _earlier_stages(earlier: EarlierStage, before: BalancedReport, folder: Path) -> list[Stage]:
     """Return the entries of the stages before, their paths as seen from a folder."""
-    listed = earlier.values.get("stages")
-    if listed:
+    if before.stages:
         here = earlier.path.parent
-        return [_read({**each, "report": seen_from(folder, here / each["report"])}) for each in listed]
-    corrections = earlier.values["corrections"]
-    fit = [each.get("fit_g", each["mass_g"]) for each in earlier.values["engine"]["bob_weights"]]
+        return [changed(each, report=seen_from(folder, here / each.report)) for each in before.stages]
+    fit = [each.fit_g if hasattr(each, "fit_g") else each.mass_g for each in before.engine.bob_weights]
     return [
         Stage(
             stage=1,
             serial=None,
             report=seen_from(folder, earlier.path),
-            outcome=earlier.values["outcome"],
+            outcome=before.outcome,
             bob_weights_g=fit,
             speed_rpm=None,
-            corrections=len(corrections),
-            removed_mass_g=sum(each["removed_mass_g"] for each in corrections),
+            corrections=len(before.corrections),
+            removed_mass_g=sum(each.removed_mass_g for each in before.corrections),
             reading=None,
             expected=None,
             deviation=None,
-            predicted=StageUnbalance.read(earlier.values["residual"]),
+            predicted=StageUnbalance.of(before.residual),
             suspects=[],
         )
     ]
-
-
-def _read(entry: Mapping[str, Any]) -> Stage:
-    """Return a stage as an earlier report lists it."""
-    return Stage(**{each.name: entry[each.key] for each in fields_of(Stage)})

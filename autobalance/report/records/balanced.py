@@ -192,6 +192,7 @@ class BalancedReport(Report):
     staged: Annotated[Staged | None, UNWRITTEN] = None
     serial: str | None = None
     stages: Sequence[Stage] = ()
+    input_is_untouched: bool = False
     earlier_corrections: Sequence[Cut] = ()
     written: Annotated[Outputs, Named("outputs")]
 

@@ -24,7 +24,6 @@ from autobalance.declare import (
     Pair,
     Range,
     Size,
-    fields_of,
     record,
 )
 from autobalance.declare.schema import open_keys
@@ -69,11 +68,6 @@ class StageUnbalance:
             moment_g_mm2=unbalance.moment_g_mm2,
             uncertainty_g_mm=unbalance.uncertainty_g_mm,
         )
-
-    @classmethod
-    def read(cls, values: Mapping[str, Any]) -> Self:
-        """Return the same of an earlier stage's report."""
-        return cls(**{each.name: values[each.key] for each in fields_of(StageUnbalance)})
 
 
 @record
