@@ -235,7 +235,8 @@ def largest_bob_weight_g(design: Design) -> float | None:
     couple is taken about the middle of the crankpins, divided by their distance.
     """
     anatomy = crank_anatomy(design)
-    pins = _force_and_couple(_one_gram_on_each_pin(anatomy), anatomy)
+    one_gram_each = (Moments.point(1.0, throw.crankpin.centre_mm) for throw in anatomy.throws)
+    pins = _force_and_couple(sum(one_gram_each, Moments.zero()), anatomy)
     alone = max(throw.crank_radius_mm for throw in anatomy.throws)
     if float(np.linalg.norm(pins)) < LEAST_BOB_WEIGHT_SHARE * alone:
         return None
@@ -280,11 +281,6 @@ def _balanced(design: Design, radius_mm: float) -> float:
     if found is None:
         raise JobError("the throws cancel each other out: no bob-weight counts, and no counterweight")
     return found
-
-
-def _one_gram_on_each_pin(anatomy: Anatomy) -> Moments:
-    each = (Moments.point(1.0, throw.crankpin.centre_mm) for throw in anatomy.throws)
-    return sum(each, Moments.zero())
 
 
 def _force_and_couple(moments: Moments, anatomy: Anatomy) -> Array:

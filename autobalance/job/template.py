@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+import textwrap
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import field, replace
 from typing import Any, Literal, get_args, get_origin
 
@@ -333,7 +334,7 @@ def commented_toml(rows: Iterable[Row], kept: Collection[str] = ()) -> str:
     table = ""
     for row in rows:
         if not row.key:
-            lines += ["", *_wrapped(row.meaning)]
+            lines += ["", *(f"# {line}" for line in textwrap.wrap(row.meaning, WIDTH))]
             table = ""
             continue
         here, _, key = row.key.rpartition(".")
@@ -346,9 +347,3 @@ def commented_toml(rows: Iterable[Row], kept: Collection[str] = ()) -> str:
         value = "..." if row.value is None else toml_value(row.value)
         lines.append(f"{mark}{key} = {value}  # {unit}{row.meaning}".rstrip(" #"))
     return "\n".join(lines).strip() + "\n"
-
-
-def _wrapped(text: str) -> Sequence[str]:
-    import textwrap
-
-    return [f"# {line}" for line in textwrap.wrap(text, WIDTH)]

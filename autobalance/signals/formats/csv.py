@@ -96,17 +96,13 @@ def _by_time(
     rate = agreed_rate(path.name, rate, asked_hz)
     columns = sheet.columns
     if len(rows) != int(rows[-1]) + 1:
-        notes = [*notes, _gap_note(seconds, rows)]
+        jumps = np.flatnonzero(np.diff(rows) > 1)
+        gap = f"gap: {int(rows[-1]) + 1 - len(rows)} samples are missing in {len(jumps)} places"
+        notes = [*notes, f"{gap}, first after {seconds[jumps[0]]:.6g} s"]
         columns = np.full((int(rows[-1]) + 1, columns.shape[1]), np.nan)
         columns[rows] = sheet.columns
     others = [place for place in places if place != at]
     return Record(path.name, "CSV", _channels(sheet, others, columns, rate), tuple(notes))
-
-
-def _gap_note(seconds: Array, rows: NDArray[np.intp]) -> str:
-    jumps = np.flatnonzero(np.diff(rows) > 1)
-    lost = int(rows[-1]) + 1 - len(rows)
-    return f"gap: {lost} samples are missing in {len(jumps)} places, first after {seconds[jumps[0]]:.6g} s"
 
 
 def _even(path: Path, seconds: Array) -> tuple[float, NDArray[np.intp]]:

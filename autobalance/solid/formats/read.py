@@ -197,8 +197,8 @@ def source_of_bytes(
     """
     kind = FORMATS[name]
     digest = sha256 or _sha256(data)
-    if kind.exact:
-        return _read_exact(data, digest, name, unit, body, pressed_up)
+    if kind.read_exact is not None:
+        return source_of_cad(kind.read_exact(data), digest, name, unit, body, pressed_up)
     with np.errstate(all="ignore"):  # numbers that overflow are refused with those that are not finite
         raw = kind.read(data)
     mm_per_unit = _mm_per_unit(raw.unit, raw.mm_per_unit, unit, name)
@@ -319,14 +319,6 @@ def _checked(
 
 def _sha256(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
-
-
-def _read_exact(
-    data: bytes, sha256: str, name: str, unit: str | None, body: int | str | None, pressed_up: bool
-) -> Source:
-    read_exact = FORMATS[name].read_exact
-    assert read_exact is not None
-    return source_of_cad(read_exact(data), sha256, name, unit, body, pressed_up)
 
 
 def source_of_cad(

@@ -315,7 +315,10 @@ class _Archive:
     def model(self, part: str) -> _Model:
         if part not in self.models:
             model = _Model(part)
-            parser = _parser(model)
+            parser = _guarded_parser()
+            parser.StartElementHandler = model.start
+            parser.EndElementHandler = model.end
+            parser.StartNamespaceDeclHandler = model.namespace
             for piece in self.pieces(part):
                 _parse(parser, piece)
             _parse(parser, b"", last=True)
@@ -370,14 +373,6 @@ def _model_targets(archive: _Archive) -> list[str]:
         _parse(parser, piece)
     _parse(parser, b"", last=True)
     return targets
-
-
-def _parser(model: _Model) -> expat.XMLParserType:
-    parser = _guarded_parser()
-    parser.StartElementHandler = model.start
-    parser.EndElementHandler = model.end
-    parser.StartNamespaceDeclHandler = model.namespace
-    return parser
 
 
 def _guarded_parser() -> expat.XMLParserType:
