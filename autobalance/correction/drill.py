@@ -435,13 +435,13 @@ def _deepened(search: HoleSearch, density_g_mm3: float, limits: DrillLimits) -> 
         return
     shallow = replace(limits, min_depth_mm=limits.min_step_mm)
     widest = max(radius for _, radius in fitting)
-    metal = reach_of(search.solid, anatomy, [site for site, _ in fitting], widest)
+    reach = reach_of(search.solid, anatomy, [site for site, _ in fitting], widest)
     for hole_site, radius in fitting:
         point = radius / math.tan(half_point)
         same_point = abs(hole_site.old_point_mm - point) <= SAME_POINT * radius
         place = hole_site.from_shoulder(point) if same_point else hole_site
         deeper_room = replace(room, most_mm=limits.max_depth_mm - place.sunk_mm)
-        for each in make_holes([place], metal[place.web], radius, deeper_room):
+        for each in make_holes([place], reach[place.web], radius, deeper_room):
             yield _cut(*each, shallow, density_g_mm3)
 
 

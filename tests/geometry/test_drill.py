@@ -1,3 +1,4 @@
+import gc
 import math
 from dataclasses import replace
 from typing import Literal
@@ -9,7 +10,7 @@ from numpy.testing import assert_allclose
 from autobalance.correction import drill
 from autobalance.correction.holes.drills import DrillLimits
 from autobalance.correction.holes.hole import Hole, drill_body, keep_apart
-from autobalance.correction.holes.surface import Axis
+from autobalance.correction.holes.surface import Axis, Surface
 from autobalance.correction.holes.walls import HoleLimits, greatest_depth_mm, wall_left_mm
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.rigid_rotor.unbalance import Moments
@@ -249,3 +250,36 @@ def test_a_hole_that_is_there_is_deepened(direction: Literal["radial", "axial"],
     assert cut.correction(2.0).details["deepened_from_mm"] == pytest.approx(5.0, abs=1e-2)
     room = first.max_depth_mm - 5.0
     assert cut.max_depth_mm == pytest.approx(room, abs=5e-3)
+
+
+def test_what_was_found_is_found_again_and_let_go() -> None:
+    """A thinner drill, a deeper one and fewer sectors have places and holes of their own."""
+    solid, anatomy = block_with()
+    limits = DrillLimits(diameters_mm=(10.0,), sectors_deg=((150.0, 210.0),))
+    towards = np.array([-1.0, 0.0])
+
+    def listed(wanted: DrillLimits) -> list[tuple[float, float, float]]:
+        made = drill.cuts(solid, anatomy, STEEL, towards, wanted)
+        return [
+            (each.site.angle_rad, each.max_depth_mm, each.effect(each.max_depth_mm).mass_g) for each in made
+        ]
+
+    asked = [
+        limits,
+        replace(limits, diameters_mm=(8.0,)),
+        replace(limits, max_depth_mm=30.0),
+        replace(limits, sectors_deg=((170.0, 190.0),)),
+    ]
+    alone = [listed(each) for each in asked]
+    held = drill.cuts(solid, anatomy, STEEL, towards, limits)
+    assert [listed(each) for each in asked] == alone
+    assert len({str(each) for each in alone}) == len(asked)
+    again = drill.cuts(solid, anatomy, STEEL, towards, limits)
+    assert [each.hole for each in again] == [each.hole for each in held]
+    surface = Surface.shared(solid.mesh, anatomy.file_to_rotor)
+    assert held[0].site.surface is surface
+    del again, held, surface
+    gc.collect()
+    assert not any(
+        isinstance(each, Surface) and each.vertex is solid.mesh.triangles for each in gc.get_objects()
+    )

@@ -84,7 +84,7 @@ class HoleSearch:
     @classmethod
     def on(cls, solid: Solid, anatomy: Anatomy, places: Places) -> HoleSearch:
         """Return the search on a solid in file coordinates."""
-        return cls(solid, anatomy, Surface.of(solid.mesh, anatomy.file_to_rotor), places)
+        return cls(solid, anatomy, Surface.shared(solid.mesh, anatomy.file_to_rotor), places)
 
     def sites(self, margin_mm: float, least: tuple[float, HoleLimits] | None = None) -> list[Site]:
         """Return the places where holes may start whose radius and wall are at most ``margin_mm``.
@@ -97,10 +97,10 @@ class HoleSearch:
         self, sites: Sequence[Site], radii_mm: Sequence[float], room: HoleLimits
     ) -> Iterator[tuple[Site, Hole, float]]:
         """Yield the holes at places that keep the walls: site, hole and largest depth."""
-        for web, metal in reach_of(self.solid, self.anatomy, sites, radii_mm[-1]).items():
+        for web, reach in reach_of(self.solid, self.anatomy, sites, radii_mm[-1]).items():
             here = [site for site in sites if site.web == web]
             for radius in radii_mm:
-                yield from make_holes(here, metal, radius, room)
+                yield from make_holes(here, reach, radius, room)
 
 
 def is_kept_hole(cut: HoleCut, item: Item) -> bool:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from dataclasses import field, replace
+from functools import partial
+from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -58,7 +60,7 @@ class Site:
     begins, not at its tip: a drill of the same point cuts the whole bottom at once. ``least_radius_mm`` is
     the zone's smallest distance of a hole from the crank axis. ``surface`` and ``fillets`` are all of the
     crank's and the web's. Next to a hole that is drilled deeper, surfaces more than ``passed_mm`` above its
-    tip, ``tip_mm`` beyond the entry, are not walls of the new part.
+    tip, ``tip_mm`` beyond the entry, are not walls of the new part. ``tried`` are the holes made here.
     """
 
     web: int
@@ -75,6 +77,7 @@ class Site:
     fillets: tuple[Fillet, ...] = ()
     tip_mm: float = 0.0
     passed_mm: float = 0.0
+    tried: dict[Hashable, tuple[Hole, float] | None] = field(default_factory=dict, repr=False)
 
     def from_shoulder(self, point_mm: float) -> Site:
         """Return the place with its entry where the hole's point of this length begins."""
@@ -86,6 +89,7 @@ class Site:
             sunk_mm=self.sunk_mm - point_mm,
             on_shoulder=True,
             tip_mm=point_mm,
+            tried={},
         )
 
     def wall_left_mm(self, radius_mm: float, depth_mm: float, half_point_rad: float) -> float:
@@ -171,8 +175,30 @@ class _Rim:
     least_radius_mm: float
 
 
-_RIMS: WeakKeyDictionary[Surface, dict[tuple[int, float], _Rim | None]] = WeakKeyDictionary()
-"""Rims of a surface by web and angle: holes of every diameter need them again."""
+KEPT_BYTES = 50_000_000
+"""Memory that the surroundings of the places found on a surface take at most; more are sought each time."""
+
+
+class _Found:
+    """What was found on a surface: holes of other diameters, limits and budgets need it again."""
+
+    def __init__(self) -> None:
+        self.rims: dict[tuple[int, float], _Rim | None] = {}
+        self._sites: dict[Hashable, Site | None] = {}
+        self._free_bytes = KEPT_BYTES
+
+    def site(self, key: Hashable, find: Callable[[], Site | None]) -> Site | None:
+        """Return the place of a line, which may be none."""
+        if key not in self._sites:
+            site = find()
+            self._free_bytes -= 0 if site is None else site.others.nbytes
+            if self._free_bytes < 0:
+                return site
+            self._sites[key] = site
+        return self._sites[key]
+
+
+_FOUND: WeakKeyDictionary[Surface, _Found] = WeakKeyDictionary()
 
 
 def find_sites(
@@ -191,15 +217,15 @@ def find_sites(
     from which the drill can reach the web.
     """
     outside = 2.0 * float(np.abs(surface.corners[:, :, :2]).max()) + 10.0
-    rims = _RIMS.setdefault(surface, {})
+    found = _FOUND.setdefault(surface, _Found())
     for web in anatomy.webs:
         near = surface.within(web.z_min_mm - margin_mm, web.z_max_mm + margin_mm)
         fillets, least_mm = fillets_of(anatomy, web), least_radius_mm(anatomy, web, places.zone)
         for angle, position in places.spots(anatomy, web):
             key = (web.number, angle)
-            if key not in rims:
-                rims[key] = _rim(near, web, angle)
-            rim = rims[key]
+            if key not in found.rims:
+                found.rims[key] = _rim(near, web, angle)
+            rim = found.rims[key]
             if rim is None:
                 continue
             r_hat = np.array([math.cos(angle), math.sin(angle), 0.0])
@@ -214,7 +240,10 @@ def find_sites(
                 lines = [(surface, Axis(at + low, -low / 1e4)), (surface, Axis(at + high, -high / 1e4))]
                 lines = lines if position is None else [lines[position.side(web)]]
             for within, line in lines:
-                site = _site(within, web, angle, line, margin_mm, least, fillets)
+                site = found.site(
+                    (*key, line.entry_mm.tobytes(), line.inward.tobytes(), margin_mm, least),
+                    partial(_site, within, web, angle, line, margin_mm, least, fillets),
+                )
                 if site is not None and site.oblique_rad <= places.most_oblique_rad + ROUNDING_RAD:
                     yield replace(site, least_radius_mm=least_mm, surface=surface, fillets=fillets)
 
@@ -307,34 +336,48 @@ def _site(
     return Site(web.number, angle, axis, others, CLEAR_MM - min(top, 0.0), oblique_rad=oblique)
 
 
-def make_holes(
-    sites: Sequence[Site], metal: Solid, radius_mm: float, room: HoleLimits
-) -> list[tuple[Site, Hole, float]]:
-    """Return the holes of one radius that keep the walls: site, hole and largest depth.
+class Reach(NamedTuple):
+    """Metal in reach of drills, in the rotor frame, and the heights [mm] between which it was taken."""
 
-    ``metal`` is the metal in reach of drills, in the rotor frame.
-    """
+    metal: Solid
+    z_mm: tuple[float, float]
+
+
+def make_holes(
+    sites: Sequence[Site], reach: Reach, radius_mm: float, room: HoleLimits
+) -> list[tuple[Site, Hole, float]]:
+    """Return the holes of one radius that keep the walls: site, hole and largest depth."""
     holes = []
     for site in sites:
         most = min(room.most_mm, site.most_mm(radius_mm, room.half_point_rad))
-        if most < room.least_mm:
-            continue
-        deepest = greatest_depth_mm(site.others, radius_mm, replace(room, most_mm=most))
-        if deepest < room.least_mm:
-            continue
-        bore = drill_body(radius_mm, -site.lift_mm, deepest, 0.0).moved(site.axis.placement) & metal
-        if bore.is_empty:
-            continue
-        whole = _whole_below(site.axis.local(bore.mesh.corners), radius_mm, deepest)
-        if site.on_shoulder and math.isfinite(whole):
-            whole = 0.0
-        if max(room.least_mm, whole) <= deepest:
-            volume = bore.moments(1.0)
-            hole = Hole(
-                site.axis, radius_mm, room.half_point_rad, site.lift_mm, volume, deepest, max(whole, 0.0)
-            )
-            holes.append((site, hole, deepest))
+        here = replace(room, most_mm=most)
+        key = (reach.z_mm, radius_mm, here)
+        if key not in site.tried:
+            site.tried[key] = None if most < room.least_mm else _hole(site, reach.metal, radius_mm, here)
+        made = site.tried[key]
+        if made is not None:
+            holes.append((site, *made))
     return holes
+
+
+def _hole(site: Site, metal: Solid, radius_mm: float, room: HoleLimits) -> tuple[Hole, float] | None:
+    """Return the hole of a radius at a place, and its largest depth; None where it keeps no wall."""
+    deepest = greatest_depth_mm(site.others, radius_mm, room)
+    if deepest < room.least_mm:
+        return None
+    bore = drill_body(radius_mm, -site.lift_mm, deepest, 0.0).moved(site.axis.placement) & metal
+    if bore.is_empty:
+        return None
+    whole = _whole_below(site.axis.local(bore.mesh.corners), radius_mm, deepest)
+    if site.on_shoulder and math.isfinite(whole):
+        whole = 0.0
+    if max(room.least_mm, whole) > deepest:
+        return None
+    volume = bore.moments(1.0)
+    return (
+        Hole(site.axis, radius_mm, room.half_point_rad, site.lift_mm, volume, deepest, max(whole, 0.0)),
+        deepest,
+    )
 
 
 def _whole_below(corners: Array, radius_mm: float, bottom_mm: float) -> float:
@@ -349,15 +392,18 @@ def _whole_below(corners: Array, radius_mm: float, bottom_mm: float) -> float:
     return float(upper.max()) if len(upper) else 0.0
 
 
-def reach_of(solid: Solid, anatomy: Anatomy, sites: Sequence[Site], radius_mm: float) -> dict[int, Solid]:
+def reach_of(solid: Solid, anatomy: Anatomy, sites: Sequence[Site], radius_mm: float) -> dict[int, Reach]:
     """Return the metal of the crank near the places, by web, in the rotor frame; one big boolean."""
     bounds = solid.bounds
     far = float(np.linalg.norm(bounds[1] - bounds[0])) + 1.0
     boxes: dict[int, Solid] = {}
+    heights: dict[int, tuple[float, float]] = {}
     for web in anatomy.webs:
         z = [site.axis.entry_mm[2] for site in sites if site.web == web.number]
         if z:
             low = min(web.z_min_mm, *z) - radius_mm
             high = max(web.z_max_mm, *z) + radius_mm
+            heights[web.number] = low, high
             boxes[web.number] = Solid.box(np.array([-far, -far, low]), np.array([far, far, high]))
-    return metal_within(solid, anatomy, boxes)
+    metal = metal_within(solid, anatomy, boxes)
+    return {web: Reach(metal[web], z_mm) for web, z_mm in heights.items()}

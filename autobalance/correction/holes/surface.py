@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from functools import cached_property
 from typing import Literal
+from weakref import WeakKeyDictionary, WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,6 +92,15 @@ class Surface:
         arms = ((corner - centre).T for corner in (a, b, c))
         reach = np.sqrt(np.maximum.reduce([x * x + y * y + z * z for x, y, z in arms]))
         return cls(corners, mesh.triangles, centre, reach)
+
+    @classmethod
+    def shared(cls, mesh: Mesh, file_to_rotor: Array) -> Surface:
+        """Return the same boundary again as long as anybody, such as a cut's place, holds it."""
+        frames = _SURFACES.setdefault(mesh, WeakValueDictionary())
+        surface = frames.get(file_to_rotor.tobytes())
+        if surface is None:
+            frames[file_to_rotor.tobytes()] = surface = cls.of(mesh, file_to_rotor)
+        return surface
 
     @cached_property
     def _blocks(self) -> tuple[Array, Array]:
@@ -312,6 +322,10 @@ def least_radius_mm(anatomy: Anatomy, web: Web, zone: Zone) -> float:
         return 0.0
     fillets = (fillet_of(journal, web) for journal in anatomy.main_journals)
     return max((each.radius_mm + each.least_mm for each in fillets if each is not None), default=0.0)
+
+
+_SURFACES: WeakKeyDictionary[Mesh, WeakValueDictionary[bytes, Surface]] = WeakKeyDictionary()
+"""Boundaries in use, by mesh and frame."""
 
 
 @dataclass(frozen=True, eq=False)
