@@ -28,15 +28,6 @@ from autobalance.solid.formats.read import Source, read
 from autobalance.units import RAD_S_PER_RPM
 from autobalance.value_classes import dataclass
 from autobalance.verification import checked, premises, solids
-from autobalance.verification.checked import (
-    Checked,
-    Ends,
-    Held,
-    check_course,
-    check_like,
-    check_verdict,
-    ended,
-)
 from autobalance.verification.claimed_scan import with_scan
 from autobalance.verification.claims import (
     BOTH_SOLIDS,
@@ -196,7 +187,7 @@ def unbalance_moments(unbalance: Unbalance) -> Moments:
 # Check of the report of a stage after the first: both solids are measured; the reading is not checked.
 
 
-def check_recut(held: Held) -> Checked:
+def check_recut(held: checked.Held) -> checked.Checked:
     """Check every number that a stage's report claims, but the reading.
 
     Raises
@@ -250,25 +241,25 @@ def check_recut(held: Held) -> Checked:
     checked.check_inertia(claims, old, new)
     claims.against(UNCERTAINTY_BUDGET)
     budget = _budget(claims, tolerance)
-    ends = Ends(reading, residual, old, new, (None, budget), hidden)
+    ends = checked.Ends(reading, residual, old, new, (None, budget), hidden)
     factor = float(claims.get("balance_factor.target", float))
     claims.against(RECORD)
-    _check_as_recorded(held, job, crank_before, factor, tolerance, ended(claims, ends, left))
+    _check_as_recorded(held, job, crank_before, factor, tolerance, checked.ended(claims, ends, left))
     claims.against(BOTH_SOLIDS)
-    check_course(claims, ends, is_cut)
+    checked.check_course(claims, ends, is_cut)
     claims.against(FILES)
     solids.check_pages(claims, folder)
     claims.against(BOTH_SOLIDS)
     within = _verdict(claims, tolerance, residual, budget, is_cut)
-    return Checked((), within, residual, tolerance, (), again, budget)
+    return checked.Checked((), within, residual, tolerance, (), again, budget)
 
 
 def _check_as_recorded(
-    held: Held, job: Job, before: OriginalCrank, factor: float, tolerance: Tolerance, result: Result
+    held: checked.Held, job: Job, before: OriginalCrank, factor: float, tolerance: Tolerance, result: Result
 ) -> None:
     """Compare a stage's report with a record made again from job and files."""
     webs = solids.webs_left(held.files, before.crank, result.solid)
-    check_like(held, run.record_of(job, before.crank, factor, tolerance, result, webs=webs))
+    checked.check_like(held, run.record_of(job, before.crank, factor, tolerance, result, webs=webs))
 
 
 def _report_before(claims: Claims, folder: Path) -> Mapping[str, Any]:
@@ -311,7 +302,7 @@ def _tolerance(claims: Claims, job: Job, before: Mapping[str, Any]) -> Tolerance
     return tolerance
 
 
-def _old_solid(held: Held, job: Job, anatomy: Anatomy) -> OriginalCrank:
+def _old_solid(held: checked.Held, job: Job, anatomy: Anatomy) -> OriginalCrank:
     """Check the claims of the crank that the stage started from; return it."""
     claims, crankshaft = held.claims, job.crankshaft
     path = solids.input_path(claims, held.folder)
@@ -403,4 +394,4 @@ def _verdict(claims: Claims, tolerance: Tolerance, residual: Unbalance, budget: 
     judged = [plane.permissible_g_mm for plane in tolerance.planes]
     judged = judged if tolerance.judge == "dynamic" else [tolerance.permissible_g_mm]
     within = tolerance.is_met_by(residual, budget) and all(blind < each for each in judged)
-    return check_verdict(claims, within, tolerance, residual, budget, is_cut)
+    return checked.check_verdict(claims, within, tolerance, residual, budget, is_cut)

@@ -18,6 +18,7 @@ from autobalance.crank.datums import (
     ScannedOutline,
     ScannedWeb,
 )
+from autobalance.crank.recognition import rough_fits
 from autobalance.crank.recognition.candidates import axis_candidates, with_rims
 from autobalance.crank.recognition.cylinder_runs import ROUNDING, CylinderRun
 from autobalance.crank.recognition.layout import JournalLayout
@@ -26,15 +27,6 @@ from autobalance.crank.recognition.rough_ends import (
     with_certain_datums,
     with_ends,
     with_mouths,
-)
-from autobalance.crank.recognition.rough_fits import (
-    WAVES,
-    Fit,
-    Region,
-    fit_circle_along_z,
-    fit_line,
-    noise_of,
-    spread_of,
 )
 from autobalance.crank.recognition.scan_cylinders import (
     CREDIBLE_MM,
@@ -112,7 +104,7 @@ def scanned_along(
         normals = rough.directions @ long.turn[:3, :3].T
         side = -1.0 if layout.bored else 1.0
         journals = [cylinder_region(rough, long, normals, run, slack, side) for run in layout.journals]
-        line = fit_line(journals, [(run.centre, run.radius) for run in layout.journals])
+        line = rough_fits.fit_line(journals, [(run.centre, run.radius) for run in layout.journals])
         tilt = line.values[2:4]
         if fixed or float(np.hypot(*tilt)) * long.length_mm < STILL_MM:
             break
@@ -166,7 +158,7 @@ def fitted_crank(
     journals = [fit_journal(rough, long, normals, run, slack) for run in layout.journals]
     pins = [fit_pin(rough, long, normals, run, slack) for run in layout.pins]
     regions = [cylinder.region for cylinder in journals]
-    line = fit_line(regions, [(cylinder.run.centre, cylinder.run.radius) for cylinder in journals])
+    line = rough_fits.fit_line(regions, [(cylinder.run.centre, cylinder.run.radius) for cylinder in journals])
     axis_at = [_on_line(line, cylinder.run.z_mid) for cylinder in (*journals, *pins)]
     sides = [-1.0 if layout.bored else 1.0] * len(journals) + [-1.0 if layout.lone_bores else 1.0] * len(pins)
     held = [*journals, *([] if in_gaps else pins)]
@@ -179,7 +171,7 @@ def fitted_crank(
         rough.mesh, long.vertices, normals, rough.at_vertex, min(rough.local_mm, CREDIBLE_MM)
     )
     fits = [*(each.fit for each in (*journals, *pins)), *(plane.fit for plane in planes[:LARGEST_PLANES])]
-    noise = noise_of(fits, WAVES)
+    noise = rough_fits.noise_of(fits, rough_fits.WAVES)
     sure = [(plane, noise.height_pm_mm(plane.fit)) for plane in planes]
 
     def ended(each: RoughCylinder, in_web: bool) -> RoughCylinder:
@@ -216,7 +208,7 @@ def _along(shaft: CylinderRun, pins: Sequence[RoughCylinder]) -> CylinderRun:
     return replace(shaft, z_low=low, z_high=high)
 
 
-def _on_line(line: Fit, z: float) -> Array:
+def _on_line(line: rough_fits.Fit, z: float) -> Array:
     place: Array = line.values[:2] + (z - line.middle_mm) * line.values[2:4]
     return place
 
@@ -256,7 +248,7 @@ def plane_faces(mesh: Mesh, frame: Array) -> tuple[ScannedFace, ...]:
         rough.at_vertex,
         min(rough.local_mm, CREDIBLE_MM),
     )
-    noise = noise_of([plane.fit for plane in planes])
+    noise = rough_fits.noise_of([plane.fit for plane in planes])
     return tuple(
         scanned_face(plane, noise, frame, noise.height_pm_mm(plane.fit), rough.edge_mm) for plane in planes
     )
@@ -306,10 +298,10 @@ def _stands_off(points: Array, pin: Pin, digits: float) -> bool | None:
     near = np.abs(off) < NEAR_SHARE * radius
     if np.count_nonzero(near) < MIN_CORNERS:
         return None
-    region = Region(points.take(rows[near], axis=0), np.ones(int(np.count_nonzero(near))))
-    fit = fit_circle_along_z(region, pin.centre_mm[:2], radius)
+    region = rough_fits.Region(points.take(rows[near], axis=0), np.ones(int(np.count_nonzero(near))))
+    fit = rough_fits.fit_circle_along_z(region, pin.centre_mm[:2], radius)
     exact = max(float((np.abs(each) < digits).mean()) for each in (off[near], fit.residuals))
-    spread = spread_of(fit.residuals)
+    spread = rough_fits.spread_of(fit.residuals)
     by_chance = min(math.erf(digits / (math.sqrt(2.0) * max(spread, 1e-12))), MOST_BY_CHANCE)
     return exact - by_chance < EXACT_SHARE and spread > LEAST_ROUGH_MM
 
@@ -427,7 +419,7 @@ def _straightened(
     normals = rough.directions @ long.turn[:3, :3].T
     side = -1.0 if layout.bored else 1.0
     regions = [cylinder_region(rough, long, normals, run, rough.slack_mm, side) for run in layout.journals]
-    line = fit_line(regions, [(run.centre, run.radius) for run in layout.journals])
+    line = rough_fits.fit_line(regions, [(run.centre, run.radius) for run in layout.journals])
     straight = straight_along(rough.mesh, long, long.turn[:3, :3].T @ np.array([*line.values[2:4], 1.0]))
     change = straight.turn @ np.linalg.inv(long.turn)
 

@@ -9,16 +9,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from autobalance.crank_dynamics.rotor.beam_rotor import (
-    BeamRotor,
-    BeamTheory,
-    Bearing,
-    Disc,
-    Place,
-    PointUnbalance,
-    ShaftSection,
-    rigid_bearing,
-)
+from autobalance.crank_dynamics.rotor import beam_rotor
 from autobalance.declare import (
     ANY,
     COUNTED,
@@ -52,7 +43,7 @@ SPEED_MULTIPLE = 10.0
 """Highest speed of the table over a single requested one, for critical speeds."""
 
 
-def film_bearing(place: str, z_m: float, values: Mapping[str, Any], asked_rad_s: Array) -> Bearing:
+def film_bearing(place: str, z_m: float, values: Mapping[str, Any], asked_rad_s: Array) -> beam_rotor.Bearing:
     """Return the bearing of a film under a steady load.
 
     Raises
@@ -77,7 +68,9 @@ def film_bearing(place: str, z_m: float, values: Mapping[str, Any], asked_rad_s:
     if not carried.any() or speeds[carried][0] > max(float(asked_rad_s[0]), MIN_SPEED_SHARE * top):
         rpm = float(speeds[~carried][-1]) / RAD_S_PER_RPM
         raise JobError(f"{place}: the journal touches the bearing at {rpm:.4g} rpm and below; ask above it")
-    return Bearing(z_m, None, speeds[carried], table.stiffness_N_m[carried], table.damping_N_s_m[carried])
+    return beam_rotor.Bearing(
+        z_m, None, speeds[carried], table.stiffness_N_m[carried], table.damping_N_s_m[carried]
+    )
 
 
 # Bearings of a rotor file: linear ones, tables over the speed, oil films.
@@ -105,7 +98,7 @@ BEARING = (
 )
 
 
-def read_bearing(place: str, table: Values, asked_rad_s: Array) -> Bearing:
+def read_bearing(place: str, table: Values, asked_rad_s: Array) -> beam_rotor.Bearing:
     """Return a support, with coefficients at the requested speeds."""
     z_m = table["z_mm"] * M_PER_MM
     linear = [key for key in (*LINEAR, "speeds_rpm") if table[key] is not None]
@@ -117,7 +110,7 @@ def read_bearing(place: str, table: Values, asked_rad_s: Array) -> Bearing:
     if table["kind"] is not None:
         if linear:
             raise JobError(f'{place}.{linear[0]} is given, but a "{table["kind"]}" bearing does not give')
-        return rigid_bearing(z_m, table["kind"])
+        return beam_rotor.rigid_bearing(z_m, table["kind"])
     if not set(linear) - {"speeds_rpm"}:
         raise JobError(f'{place}.k_n_m is missing; or kxx_n_m and kyy_n_m, or kind = "pinned"')
     speeds = _table_speeds(place, table["speeds_rpm"])
@@ -128,7 +121,7 @@ def read_bearing(place: str, table: Values, asked_rad_s: Array) -> Bearing:
             if (values < 0.0).any():
                 name = "k_n_m" if table["k_n_m"] is not None else f"k{key}_n_m"
                 raise JobError(f"{place}.{name} is {values.min():g}; must be ≥ 0, or allow_negative = true")
-    return Bearing(z_m, None, speeds * RAD_S_PER_RPM, stiffness, damping)
+    return beam_rotor.Bearing(z_m, None, speeds * RAD_S_PER_RPM, stiffness, damping)
 
 
 def _table_speeds(place: str, speeds: tuple[float, ...] | None) -> Array:
@@ -226,19 +219,19 @@ class RunUp:
 class Probe:
     """A place where motion is computed."""
 
-    z_m: Place
+    z_m: beam_rotor.Place
 
 
 ROTOR = (
     Key("speed_rpm", Speeds, "a speed, or the lowest and highest", SPEED, 3000.0),
     Key("points", int, "speeds in a range", POINTS, 101),
-    Key("beam", BeamTheory, "theory of the shaft", ANY, "timoshenko"),
+    Key("beam", beam_rotor.BeamTheory, "theory of the shaft", ANY, "timoshenko"),
     Key("gravity_m_s2", tuple[float, float], "along x and y", ANY, (0.0, 0.0)),
     Key("max_modes", int, "modes listed at each speed", MODES, 12),
     Key("shaft", says="sections on end, from z = 0", keys=SHAFT, many=True),
-    Key("disc", says="rigid discs", keys=keys_of(Disc), many=True, default=()),
+    Key("disc", says="rigid discs", keys=keys_of(beam_rotor.Disc), many=True, default=()),
     Key("bearing", says="supports", keys=BEARING, many=True, default=()),
-    Key("unbalance", says="heavy spots", keys=keys_of(PointUnbalance), many=True, default=()),
+    Key("unbalance", says="heavy spots", keys=keys_of(beam_rotor.PointUnbalance), many=True, default=()),
     Key(
         "probe",
         says="stations for which motion is computed; default: every disc and bearing",
@@ -262,7 +255,7 @@ ROTOR = (
 class RotorRequest:
     """A rotor and the questions about it; ``filled`` is the file as read, defaults filled in."""
 
-    rotor: BeamRotor
+    rotor: beam_rotor.BeamRotor
     speeds_rad_s: Array
     max_modes: int
     probes_m: tuple[float, ...]
@@ -294,11 +287,11 @@ def _request(filled: Values) -> RotorRequest:
         for number, values in enumerate(filled[name], 1):
             _check_place(f"{name}[{number}].z_mm", values["z_mm"], length_mm)
     _check_proportions(filled["shaft"])
-    rotor = BeamRotor(
+    rotor = beam_rotor.BeamRotor(
         tuple(_section(each) for each in filled["shaft"]),
-        tuple(made(Disc, each) for each in filled["disc"]),
+        tuple(made(beam_rotor.Disc, each) for each in filled["disc"]),
         tuple(read_bearing(f"bearing[{n}]", each, speeds) for n, each in enumerate(filled["bearing"], 1)),
-        tuple(made(PointUnbalance, each) for each in filled["unbalance"]),
+        tuple(made(beam_rotor.PointUnbalance, each) for each in filled["unbalance"]),
         filled["beam"],
         filled["gravity_m_s2"],
     )
@@ -374,8 +367,8 @@ def _complete_section(place: str, values: Values) -> None:
             )
 
 
-def _section(values: Mapping[str, Any]) -> ShaftSection:
-    return ShaftSection(
+def _section(values: Mapping[str, Any]) -> beam_rotor.ShaftSection:
+    return beam_rotor.ShaftSection(
         values["length_mm"] * M_PER_MM,
         values["outer_mm"] * M_PER_MM,
         values["outer_end_mm"] * M_PER_MM,

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from autobalance.declare import Values, names
+from autobalance.engines.bearings import keys
 from autobalance.engines.bearings.cases import (
     Case,
     DryCase,
@@ -25,15 +26,6 @@ from autobalance.engines.bearings.cases import (
     Supply,
 )
 from autobalance.engines.bearings.film import JournalBearing
-from autobalance.engines.bearings.keys import (
-    FEWEST_CELLS,
-    HISTORY_KEYS,
-    MOST_CELLS,
-    MOST_SPEEDS,
-    PALMGREN_KEYS,
-    SKF_KEYS,
-    form_of,
-)
 from autobalance.engines.bearings.oil import WaltherOil
 from autobalance.engines.bearings.rolling import FourSources, Palmgren, RollingBearing
 from autobalance.errors import JobError, file_errors, refuse_pipe
@@ -214,10 +206,10 @@ def parse_bearing(
     kind: Kind = table.value("kind", Kind)
     if kind == "rolling" and "model" in raw:
         table.value("model", Model)
-    values = read(in_base_units(raw), form_of(raw))
+    values = read(in_base_units(raw), keys.form_of(raw))
     speeds = values["speed_rpm"] if isinstance(values["speed_rpm"], tuple) else (values["speed_rpm"],)
-    if len(speeds) > MOST_SPEEDS:
-        raise JobError(f"speed_rpm has {len(speeds)} entries; must have 1 to {MOST_SPEEDS}")
+    if len(speeds) > keys.MOST_SPEEDS:
+        raise JobError(f"speed_rpm has {len(speeds)} entries; must have 1 to {keys.MOST_SPEEDS}")
     case = _case(kind, values)
     if isinstance(case, PlainCase):
         case = _with_history(case, values, folder, history)
@@ -323,11 +315,11 @@ def _plain(values: Values) -> PlainCase:
 
 
 def check_grid(grid: tuple[int, int]) -> None:
-    for name, cells, fewest in zip(("around", "along"), grid, FEWEST_CELLS, strict=True):
+    for name, cells, fewest in zip(("around", "along"), grid, keys.FEWEST_CELLS, strict=True):
         if cells < fewest:
             raise JobError(f"grid has {cells} cells {name}; must have at least {fewest}")
-    if grid[0] * grid[1] > MOST_CELLS:
-        raise JobError(f"grid has {grid[0] * grid[1]} cells; must have at most {MOST_CELLS}")
+    if grid[0] * grid[1] > keys.MOST_CELLS:
+        raise JobError(f"grid has {grid[0] * grid[1]} cells; must have at most {keys.MOST_CELLS}")
 
 
 def _lubricant(values: Values, key: str, heats: bool = True) -> Lubricant:
@@ -380,7 +372,7 @@ def _with_history(case: PlainCase, values: Values, folder: Path, source: History
 
 def _history(values: Values, folder: Path, source: HistorySource) -> History:
     """Return the loads by angle; columns that the table does not name are noted in it."""
-    table = values["history"] or read({}, HISTORY_KEYS)
+    table = values["history"] or read({}, keys.HISTORY_KEYS)
     usual = {"x": "x_N", "y": "y_N"} if source is not None else SERIES_COLUMNS
     for column in usual:
         table[column] = table[column] or usual[column]
@@ -404,11 +396,11 @@ def _rolling(values: Values) -> RollingCase:
 
 
 def _palmgren(values: Values) -> Palmgren:
-    return Palmgren(**{key: values[key] for key in names(PALMGREN_KEYS)})
+    return Palmgren(**{key: values[key] for key in names(keys.PALMGREN_KEYS)})
 
 
 def _four_sources(values: Values) -> FourSources:
-    model = FourSources(**{key: values[key] for key in names(SKF_KEYS)})
+    model = FourSources(**{key: values[key] for key in names(keys.SKF_KEYS)})
     if not model.bore_mm < model.outer_mm:
         raise JobError(f"bore_mm is {model.bore_mm:g}; must be less than outer_mm, {model.outer_mm:g}")
     return model

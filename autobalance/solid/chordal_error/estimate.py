@@ -15,15 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from autobalance.rigid_rotor.unbalance import Moments
-from autobalance.solid.chordal_error.bars import (
-    EITHER_SHARE,
-    FLAT,
-    Bar,
-    accidents,
-    fitted_bar,
-    largest_angles,
-    loose_bar,
-)
+from autobalance.solid.chordal_error import bars
 from autobalance.solid.chordal_error.look import SMOOTH_RAD, Look, look_at, tight_mm
 from autobalance.solid.chordal_error.revolved import (
     IN_QUARTERS,
@@ -207,13 +199,13 @@ def _summed(
     before = surface_of.copy()
     if adopt_parted_facets(look, surfaces, surface_of):
         lenses = _lenses(look, surfaces, surface_of, density_g_mm3, (before, lenses))
-    angles = largest_angles(look, surfaces, surface_of)
-    planes, either = accidents(look, surfaces, surface_of, lenses, angles)
+    angles = bars.largest_angles(look, surfaces, surface_of)
+    planes, either = bars.accidents(look, surfaces, surface_of, lenses, angles)
     before = surface_of.copy()
     if _split(look, surfaces, surface_of, planes):
         lenses = _lenses(look, surfaces, surface_of, density_g_mm3, (before, lenses))
         either = np.append(either, np.zeros(len(surfaces) - len(either), dtype=bool))
-        angles = largest_angles(look, surfaces, surface_of)
+        angles = bars.largest_angles(look, surfaces, surface_of)
     total = Moments.zero()
     gross_mass = gross_unbalance = sag = 0.0
     used = np.unique(surface_of[surface_of >= 0]).tolist()
@@ -223,8 +215,8 @@ def _summed(
         gross_mass += of_piece.gross_mass_g
         gross_unbalance += of_piece.gross_unbalance_g_mm
         sag = max(sag, of_piece.sag_mm)
-    bar = fitted_bar(look, surfaces, surface_of, lenses, either, angles, density_g_mm3)
-    bar = bar + loose_bar(look, surfaces, surface_of, sag, angles, density_g_mm3)
+    bar = bars.fitted_bar(look, surfaces, surface_of, lenses, either, angles, density_g_mm3)
+    bar = bar + bars.loose_bar(look, surfaces, surface_of, sag, angles, density_g_mm3)
     bar = bar + _steep_bar(look, surfaces, surface_of, density_g_mm3)
     mean, mean_square = bar.along / (bar.unbalance_g_mm or 1.0)
     return ChordalError(
@@ -329,7 +321,7 @@ def _split(look: Look, surfaces: list[Revolved], surface_of: Indices, planes: Fl
     """Take planes for what they are, and a torus through few cones for these; return whether any was one."""
     for number in np.flatnonzero(planes).tolist():
         faces = np.flatnonzero(surface_of == number)
-        surface_of[faces] = FLAT
+        surface_of[faces] = bars.FLAT
         if not surfaces[number].tube_mm:
             continue
         for fitted, mine in split_in_bands(look, surfaces[number], faces):
@@ -338,7 +330,7 @@ def _split(look: Look, surfaces: list[Revolved], surface_of: Indices, planes: Fl
     return bool(planes.any())
 
 
-def _steep_bar(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> Bar:
+def _steep_bar(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> bars.Bar:
     """Return the error bar of lone triangles that have all corners on a surface beside them.
 
     They turn by more than a real edge does, or are deeper than other chords. But a CAD kernel lays such ones
@@ -354,7 +346,7 @@ def _steep_bar(look: Look, surfaces: list[Revolved], surface_of: Indices, densit
     both = np.stack([np.append(one, other), np.append(other, one)])
     both = both[:, open_[both[0]]]
     tight, of = tight_mm(look), surface_of.copy()
-    total = Bar(0.0, 0.0, np.zeros(2))
+    total = bars.Bar(0.0, 0.0, np.zeros(2))
     for _ in range(STEEP_IN_A_ROW):
         face, source = both[:, (of[both[0]] == -1) & known[of[both[1]]]]
         before = np.unique(np.stack([of[source], face]), axis=1)
@@ -370,10 +362,10 @@ def _steep_bar(look: Look, surfaces: list[Revolved], surface_of: Indices, densit
             held = lens(
                 surfaces[number], corners, look.doubled.take(rows, axis=0), density_g_mm3, IN_QUARTERS
             )
-            total = total + Bar(
-                EITHER_SHARE * held.gross_mass_g,
-                EITHER_SHARE * held.gross_unbalance_g_mm,
-                EITHER_SHARE * held.gross_at,
+            total = total + bars.Bar(
+                bars.EITHER_SHARE * held.gross_mass_g,
+                bars.EITHER_SHARE * held.gross_unbalance_g_mm,
+                bars.EITHER_SHARE * held.gross_at,
             )
         if not found:
             break

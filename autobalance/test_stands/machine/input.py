@@ -23,15 +23,7 @@ from autobalance.declare import (
     made,
 )
 from autobalance.errors import JobError
-from autobalance.job.reading import (
-    READS,
-    ROTATION,
-    SPEED_RPM,
-    UMAR_G_MM,
-    URR_PERCENT,
-    ZERO_DEG,
-    Convention,
-)
+from autobalance.job import reading
 from autobalance.test_stands.bench.spun_rotor import PlanarUnbalance, PointMass, RigidBody, axisymmetric
 from autobalance.test_stands.machine.balancing_machine import POINT, DrillPlace, Noise
 from autobalance.toml_files.keys import read_document
@@ -86,11 +78,11 @@ class HiddenMass:
 
 
 READING_KEYS = (
-    ROTATION,
-    ZERO_DEG,
-    READS,
-    replace(URR_PERCENT, default=None),
-    replace(UMAR_G_MM, default=None),
+    reading.ROTATION,
+    reading.ZERO_DEG,
+    reading.READS,
+    replace(reading.URR_PERCENT, default=None),
+    replace(reading.UMAR_G_MM, default=None),
 )
 
 
@@ -125,7 +117,7 @@ MACHINE_KEYS = (
     Key("seed", int, "seed of the noise", NOT_NEGATIVE, 1),
     Key("runs", int, "number of readings", RUNS, 1),
     Key("kind", MachineKind, "hard: forces; soft, nodal: displacements; cradle: moments; static: rolls"),
-    SPEED_RPM,
+    reading.SPEED_RPM,
     Key("planes_mm", Pair, "planes A, B of the reading; default the report's tolerance planes", default=None),
     Key("bearings_mm", Pair, "two supports of hard and soft; default planes_mm", default=None),
     Key("stiffness_n_mm", float, "soft: of each support, horizontally; 0: free", NOT_NEGATIVE, 0.0),
@@ -168,7 +160,7 @@ class Machine:
     unbalances: tuple[PlanarUnbalance, ...]
     masses: tuple[PointMass, ...]
     noise: Noise
-    convention: Convention
+    convention: reading.Convention
     stand: Stand | None
     drill: DrillPlace | None
 
@@ -217,7 +209,7 @@ def _machine(values: Values, folder: Path) -> Machine:
         tuple(made(HiddenUnbalance, each).in_plane() for each in values["unbalance"]),
         tuple(made(HiddenMass, each).point() for each in values["mass"]),
         made(Noise, values["noise"]),
-        Convention.of(values["reading"]),
+        reading.Convention.of(values["reading"]),
         None if values["static"] is None else made(Stand, values["static"]),
         None if values["drill"] is None else made(DrillPlace, values["drill"]),
     )
