@@ -18,7 +18,3 @@ Numbers = NDArray[Any]
 """Array of one type, integer or not."""
 Values = Mapping[str, Any]
 """A table of a file or an object of JSON, as it is read."""
-Report = Values
-"""Answer of a verb, as JSON."""
-Item = Values
-"""A correction as the report lists it."""

@@ -225,12 +225,11 @@ class _Marks:
 def result_view(result: BalanceResult) -> bytes:
     """Return the crank as it is left and the metal that went, as the report's page shows them."""
     from autobalance.report.page.view import Shown, view_data
-    from autobalance.report.records.balanced import BalancedReport
 
     before = result.before.measured.source.solid
     record = result.record.balanced
     assert record is not None
-    left, report = record.result.solid or before, BalancedReport.read(result.report)
+    left, report = record.result.solid or before, result.shown
     shown = Shown.of(report, before, record.result.solid, record.result.tools)
     data, meshes = view_data(report, shown.body, shown.pieces)
     head = {

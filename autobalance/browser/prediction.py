@@ -118,13 +118,10 @@ class LinearModel:
 
 def linear_model(result: BalanceResult) -> LinearModel:
     """Return the input of `predicted` from a result; effects are those of the kinds of correction."""
-    from autobalance.report.records.balanced import BalancedReport
-
     found = result.record.balanced
     assert found is not None
     ended, tolerance = found.result, found.tolerance
     change = Effect.of(ended.final_moments - ended.initial_moments)
-    listed = BalancedReport.read(result.report).corrections
     return LinearModel(
         residual=Left(unbalance_g_mm=ended.residual.resultant_g_mm, moment_g_mm2=ended.residual.moment_g_mm2),
         tolerance=Limits(
@@ -132,7 +129,10 @@ def linear_model(result: BalanceResult) -> LinearModel:
         ),
         mass_change_g=change.mass_g,
         inertia_change_kg_mm2=change.inertia_kg_mm2,
-        cuts=[_cut(cut, depth, each) for (cut, depth), each in zip(ended.made, listed, strict=True)],
+        cuts=[
+            _cut(cut, depth, each)
+            for (cut, depth), each in zip(ended.made, result.shown.corrections, strict=True)
+        ],
     )
 
 

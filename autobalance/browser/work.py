@@ -231,7 +231,6 @@ def _material(result: BalanceResult) -> Material:
     from autobalance.report.bundle import choice_of
     from autobalance.report.material import Material
     from autobalance.report.output_kinds import KINDS
-    from autobalance.report.records.balanced import BalancedReport
 
     record = result.record.balanced
     assert record is not None
@@ -242,7 +241,7 @@ def _material(result: BalanceResult) -> Material:
     except FormatError:  # without its extra
         pass
     before, report = result.before.measured.source.solid, showable(result.report)
-    units = BalancedReport.read(report).given.shop.units or "metric"
+    units = result.shown.given.shop.units or "metric"
     ended = record.result
     return Material(report, choice_of(kinds, "A4", units), before, ended.solid, ended.tools, lambda _: None)
 

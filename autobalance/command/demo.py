@@ -51,7 +51,6 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.command.console import called_as, say, shown, warn
     from autobalance.report.bundle import choice_of
     from autobalance.report.display_units import ON_SCREEN
-    from autobalance.report.records.balanced import BalancedReport
     from autobalance.report.tables import whole
     from autobalance.verbs.balanced_files import balance_to_files
     from autobalance.verbs.progress import telling
@@ -68,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
 
             demo_job = job.load(jobs / f"{case.job}.toml")
             done.append(balance_to_files(demo_job, output / case.job, None, telling(of_both), choice))
-    say(demo_text([BalancedReport.read(each.report) for each in done], ON_SCREEN[arguments.units]))
+    say(demo_text([each.result.shown for each in done], ON_SCREEN[arguments.units]))
     for text in (text for each in done for text in each.warnings):
         warn(text)
     say(f"\nWritten: {', '.join(whole(output / case.job) for case in CASES)}")

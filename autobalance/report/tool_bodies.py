@@ -19,7 +19,7 @@ def tool_bodies(material: Material, is_exact: bool) -> bytes:
 
         meshes = [tool.mesh for tool in material.tools]
         named = [
-            (entry.name, mesh.vertices, mesh.triangles)
+            (entry.label, mesh.vertices, mesh.triangles)
             for entry, mesh in zip(entries, meshes, strict=True)
             if entry.depth_mm != 0.0
         ]
@@ -28,5 +28,5 @@ def tool_bodies(material: Material, is_exact: bool) -> bytes:
     from autobalance.solid.cad.files import write_parts
 
     back = np.linalg.inv(np.array(material.balanced.frame.file_to_rotor))
-    drawn = [(entry.name, entry.of_kind.drawn(entry.item)) for entry in entries if entry.depth_mm != 0.0]
+    drawn = [(entry.label, entry.of_kind.drawn(entry.item)) for entry in entries if entry.depth_mm != 0.0]
     return write_parts([(label, shape_of(shape, back)) for label, shape in drawn if shape is not None], "mm")

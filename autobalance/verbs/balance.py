@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from autobalance.balancing.kept import KeptPlan
     from autobalance.balancing.record import Record
     from autobalance.report.files import Staging
+    from autobalance.report.records.balanced import BalancedReport
     from autobalance.verbs.crank import Crank
     from autobalance.verbs.entry import CutTool
 
@@ -151,15 +152,21 @@ class BalanceResult(VerbResult):
             f"measured on {self.measured_on}>"
         )
 
+    @property
+    def shown(self) -> BalancedReport:
+        """The report as a record, for what shows it."""
+        from autobalance.report.records.balanced import BalancedReport
+
+        return BalancedReport.read(self.report)
+
     def show(self) -> Any:
         """Return the app's view of what was cut for a notebook; a picture without anywidget."""
         return registry.loaded(registry.VIEW)(self, self.crank.measured)
 
     def _repr_html_(self) -> str:
         from autobalance.report import notebook
-        from autobalance.report.records.balanced import BalancedReport
 
-        return notebook.balance(BalancedReport.read(self.report))
+        return notebook.balance(self.shown)
 
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
@@ -172,10 +179,9 @@ class BalanceResult(VerbResult):
     def _text(self, units: str, verbose: bool) -> str:
         from autobalance.report.balance.text import balance_text
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.report.records.balanced import BalancedReport
         from autobalance.report.tables import unglued
 
-        return unglued(balance_text(BalancedReport.read(self.report), ON_SCREEN[units], verbose=verbose))
+        return unglued(balance_text(self.shown, ON_SCREEN[units], verbose=verbose))
 
     def write(
         self,

@@ -74,24 +74,22 @@ class RecutResult(BalanceResult):
     @property
     def stage(self) -> int:
         """Number of the stage."""
-        return int(self.report["stages"][-1]["stage"])
+        return self.shown.stages[-1].stage
 
     @cached_property
     def history(self) -> str:
         """The page of all stages."""
         from autobalance.report.page.html import history_page
-        from autobalance.report.records.balanced import BalancedReport
 
-        shown = BalancedReport.read(self.report)
+        shown = self.shown
         return history_page(shown, stage_dates(shown.stages[:-1], self.folder))
 
     def _text(self, units: str, verbose: bool) -> str:
         from autobalance.report.balance.text import recut_text
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.report.records.balanced import BalancedReport
         from autobalance.report.tables import unglued
 
-        return unglued(recut_text(BalancedReport.read(self.report), ON_SCREEN[units], verbose=verbose))
+        return unglued(recut_text(self.shown, ON_SCREEN[units], verbose=verbose))
 
     def write(
         self,

@@ -22,7 +22,7 @@ from autobalance.report.display_units import (
     shown,
     unbalance,
 )
-from autobalance.types import Report
+from autobalance.types import Values
 from autobalance.wording import at, degrees, number, signed
 
 # Pages in HTML from the templates in ``assets/templates``.
@@ -93,13 +93,13 @@ def _asset(name: str) -> str:
 # Numbers of a page, each with its path in the report.
 
 
-def cell(report: Report, path: str, digits: int = 2) -> Markup:
+def cell(report: Values, path: str, digits: int = 2) -> Markup:
     """Return a table cell with a number of the report and its path there."""
     value, digits = shown(at(report, path), path, digits)
     return Markup('<td data-path="{}" data-digits="{}">{}</td>').format(path, digits, number(value, digits))
 
 
-def span(report: Report, path: str, digits: int = 2, sign: bool = False, style: str = "") -> Markup:
+def span(report: Values, path: str, digits: int = 2, sign: bool = False, style: str = "") -> Markup:
     """Return a number of the report with its path there."""
     value, digits = shown(at(report, path), path, digits)
     text = signed(value, digits) if sign else number(value, digits)
@@ -125,7 +125,7 @@ ORDER_FORCES = {
 }
 
 
-def force_rows(report: Report) -> list[tuple[str, str]]:
+def force_rows(report: Values) -> list[tuple[str, str]]:
     """Return path and name of each force that has values before and after, without orders that are zero."""
     forces = report.get("forces") or {}
     if not all(isinstance(forces.get(state), Mapping) for state in ("before", "after")):

@@ -22,7 +22,6 @@ from autobalance.declare import (
     Triple,
     changed,
     decoded,
-    present,
     record,
 )
 from autobalance.declare import encoded as as_json
@@ -59,7 +58,7 @@ class Slug:
     slug_mass_g: float
     length_mm: float
     density_kg_m3: float
-    centrifugal_load_N: float | None
+    centrifugal_load_N: float | None = None
 
 
 @record
@@ -69,7 +68,7 @@ class Pocket:
     start_deg: float
     end_deg: float
     inner_radius_mm: float
-    cutter_mm: float | None
+    cutter_mm: float | None = None
     face_z_mm: Annotated[float | None, OMITTED] = None
 
 
@@ -94,6 +93,7 @@ class NewRim:
 class Cut(Correction):
     """A correction; what its kind adds is in the record of its shape, None of another shape."""
 
+    label: str
     unbalance_per_mm_g_mm: Pair | None = None
     moment_per_mm_g_mm2: Pair | None = None
     webs: Annotated[Sequence[int] | None, OMITTED] = None
@@ -118,11 +118,6 @@ class Cut(Correction):
         """The correction as the report lists it, for its kind."""
         listed: Values = as_json(self)
         return listed
-
-    @property
-    def name(self) -> str:
-        """The short name of the cut."""
-        return present(self.label) or f"cut {self.number}"
 
     @property
     def sector(self) -> tuple[float, float] | None:
