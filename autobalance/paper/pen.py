@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from importlib import resources
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -167,7 +167,12 @@ def badge_width_mm(text: str) -> float:
 
 
 class Pen:
-    """A pen on a canvas of reportlab, in a box ``height_mm`` high."""
+    """A pen on a canvas of reportlab, in a box ``height_mm`` high.
+
+    ``text_ratio`` is the largest width of a text on the page compared with paper's.
+    """
+
+    text_ratio: ClassVar[float] = 1.0
 
     def __init__(self, canvas: Any, height_mm: float) -> None:
         self.canvas, self.height_mm = canvas, height_mm

@@ -191,7 +191,7 @@ class WebView:
     def _numeral(self, pen: Pen, turn: float, text: str, other: str, occupied: Occupied) -> None:
         """Write a numeral of the wheel, unless a number is in its place."""
         x, down = self._at(turn, self.wheel + TICKS_MM + 0.6)
-        wide = numeral_width_mm(text, other)
+        wide = pen.text_ratio * numeral_width_mm(text, other)
         side = math.copysign(0.5, x - self.cx) * min(1.0, abs(x - self.cx) / (0.2 * self.wheel))
         left = x + (side - 0.5) * wide
         base = down + 1.0 + 2.0 * (down - self.cy) / self.wheel

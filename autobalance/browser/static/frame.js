@@ -108,7 +108,7 @@ const LINES = {
     if (!found) return { tone: "plain", words: t("No result yet"), says: t("Plan the cuts, then cut and measure."), main: { words: `${t("Plan the cuts")} ${NEXT}`, work: to("correct") } };
     const isStale = found.tone === "stale", isMoved = anyMoved() && dragged.left;
     if (isMoved) return { tone: dragged.left.worst_share <= 1 ? "warn" : "bad", words: t("Moved by hand, not cut yet"), says: t("Predicted: {left} of what is permitted.", { left: `${shown(100 * dragged.left.worst_share, 0)} %` }), bars: predictedBars(), main: dragged.verb === "balance" ? { id: "line-cut-moved", words: t("Cut and measure"), work: trial } : { id: "line-as-it-was", words: t("Reset"), work: asItWas } };
-    if (!isStale && found.tone === "bad") return { ...found, bars: planeBars(), ...helps(found) };
+    if (!isStale && found.tone === "bad") return { ...found, bars: worstBar(), ...helps(found) };
     return { ...found, says: isStale ? t("The job has changed since then.") : found.says, bars: planeBars(), main: isStale ? { id: "line-cut-again", words: t("Cut again"), work: () => balance() } : { words: `${t("To the machine")} ${NEXT}`, work: to("machine") } };
   },
   machine: () => {
@@ -133,6 +133,11 @@ function helps({ says }) {
   if (remedy) return { says: `${says} ${t("What would do it: {change}.", { change: remedy.words })}`, more: plan, main: { id: "line-remedy", words: t("Try the change"), work: remedy.work } };
   return { main: { id: "line-change-plan", words: `${plan.text} ${NEXT}`, work: plan.work } };
 }
+// The place that decides, alone: two buttons and what helps need the room.
+const worstBar = () => {
+  const { residual, tolerance } = state.result.report, [place, most, limit] = deciding(residual, tolerance);
+  return [[place, most.magnitude_g_mm, most.uncertainty_g_mm, limit]];
+};
 const predictedBars = () => {
   const { tolerance } = state.result.report, { planes, magnitude_g_mm: size } = dragged.left;
   return planes.length ? planes.map((plane, k) => [`${t("Plane")} ${plane.name}`, plane.magnitude_g_mm, null, tolerance.planes[k].permissible_g_mm, true]) : [[t("Resultant"), size, null, tolerance.permissible_g_mm, true]];
