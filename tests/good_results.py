@@ -158,7 +158,7 @@ def faults(good: Good, draw: random.Random) -> list[str]:
     found = [*_verified(out, code)]
     report = jobs.report_of(out)
     if draw.random() < 0.5 and report["outputs"]["solid"] is not None:
-        found += _recut(out, report, draw)
+        found += recut_faults(out, report, draw)
     if draw.random() < 0.3:
         found += _programmed(out)
     return found
@@ -170,7 +170,7 @@ def _verified(out: Path, code: int) -> list[str]:
     return wrong + ([f"verify warns: {said[-300:]}"] if again == code and said.strip() else [])
 
 
-def _recut(out: Path, report: Any, draw: random.Random) -> list[str]:
+def recut_faults(out: Path, report: Any, draw: random.Random) -> list[str]:
     """Spin the crank on a machine that reads a little, and cut it further."""
     planes = [
         f'[[plane]]\nat = "{each["name"]}"\ng_mm = {draw.uniform(0.5, 2.0) * each["permissible_g_mm"]}\n'
