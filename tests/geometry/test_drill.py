@@ -283,3 +283,24 @@ def test_what_was_found_is_found_again_and_let_go() -> None:
     assert not any(
         isinstance(each, Surface) and each.vertex is solid.mesh.triangles for each in gc.get_objects()
     )
+
+
+def test_another_reading_of_the_same_solid_has_its_own_places() -> None:
+    def stepped() -> Solid:
+        low, high = np.array([-50.0, -50.0, -30.0]), np.array([50.0, 50.0, 30.0])
+        return Solid.box(low, high) + Solid.box(np.array([-60.0, -60.0, -8.0]), np.array([60.0, 60.0, 8.0]))
+
+    def entries(solid: Solid, web: Web) -> tuple[list[drill.DrillCut], Array]:
+        anatomy = Anatomy(np.eye(4), (), (), (web,), 0.0)
+        limits = DrillLimits(diameters_mm=(6.0,), zone="anywhere", sectors_deg=((179.0, 181.0),))
+        found = drill.cuts(solid, anatomy, STEEL, np.array([-1.0, 0.0]), limits)
+        return found, np.array([each.hole.axis.entry_mm for each in found])
+
+    wide, upper = Web(1, -30.0, 30.0, True), Web(1, 10.0, 30.0, True)
+    solid = stepped()
+    held, on_the_step = entries(solid, wide)  # hold what was found on the surface
+    assert_allclose(on_the_step[:, 2], 0.0, atol=1e-6)
+    _, beside = entries(solid, upper)
+    assert_allclose(beside, entries(stepped(), upper)[1])
+    assert_allclose(beside[:, 2], 20.0, atol=1e-6)
+    assert held

@@ -180,10 +180,10 @@ KEPT_BYTES = 50_000_000
 
 
 class _Found:
-    """What was found on a surface: holes of other diameters, limits and budgets need it again."""
+    """Rims and places of a surface: holes of other diameters, limits and budgets need them again."""
 
     def __init__(self) -> None:
-        self.rims: dict[tuple[int, float], _Rim | None] = {}
+        self.rims: dict[Hashable, _Rim | None] = {}
         self._sites: dict[Hashable, Site | None] = {}
         self._free_bytes = KEPT_BYTES
 
@@ -221,8 +221,9 @@ def find_sites(
     for web in anatomy.webs:
         near = surface.within(web.z_min_mm - margin_mm, web.z_max_mm + margin_mm)
         fillets, least_mm = fillets_of(anatomy, web), least_radius_mm(anatomy, web, places.zone)
+        extent = (web.number, web.z_min_mm, web.z_max_mm)  # another reading of a solid may have other webs
         for angle, position in places.spots(anatomy, web):
-            key = (web.number, angle)
+            key = (extent, angle)
             if key not in found.rims:
                 found.rims[key] = _rim(near, web, angle)
             rim = found.rims[key]
@@ -241,7 +242,7 @@ def find_sites(
                 lines = lines if position is None else [lines[position.side(web)]]
             for within, line in lines:
                 site = found.site(
-                    (*key, line.entry_mm.tobytes(), line.inward.tobytes(), margin_mm, least),
+                    (*key, line.entry_mm.tobytes(), line.inward.tobytes(), margin_mm, least, fillets),
                     partial(_site, within, web, angle, line, margin_mm, least, fillets),
                 )
                 if site is not None and site.oblique_rad <= places.most_oblique_rad + ROUNDING_RAD:

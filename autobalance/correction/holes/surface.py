@@ -328,7 +328,7 @@ _SURFACES: WeakKeyDictionary[Mesh, WeakValueDictionary[bytes, Surface]] = WeakKe
 """Boundaries in use, by mesh and frame."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Fillet:
     """Fillet between a cylinder and a web, rotor frame.
 
@@ -336,7 +336,7 @@ class Fillet:
     nowhere higher than it is long, at any radius; ``least_mm`` and ``most_mm`` bound its length.
     """
 
-    centre_mm: Array
+    centre_mm: tuple[float, float]
     radius_mm: float
     z_mm: float
     sense: float
@@ -345,8 +345,8 @@ class Fillet:
 
     def holds(self, corners: Array) -> NDArray[np.bool_]:
         """Return whether triangles (m, 3, 3) lie in it with all corners."""
-        rise = np.hypot(corners[:, :, 0] - self.centre_mm[0], corners[:, :, 1] - self.centre_mm[1])
-        rise -= self.radius_mm
+        x_mm, y_mm = self.centre_mm
+        rise: Array = np.hypot(corners[:, :, 0] - x_mm, corners[:, :, 1] - y_mm) - self.radius_mm
         along = self.sense * (corners[:, :, 2] - self.z_mm)
         slack = FILLET_GRAIN * self.radius_mm
         inside = (rise <= along + slack) & (along >= -slack) & (along <= self.most_mm + slack)
@@ -383,7 +383,8 @@ def fillet_of(pin: Pin, web: Web) -> Fillet | None:
         return None
     end, sense = (high, 1.0) if below else (low, -1.0)
     most = min(MOST_FILLET_SHARE * radius, abs(middle - end))
-    return Fillet(pin.centre_mm, radius, end, sense, min(max(gap, 0.0), most), most)
+    centre = float(pin.centre_mm[0]), float(pin.centre_mm[1])
+    return Fillet(centre, radius, end, sense, min(max(gap, 0.0), most), most)
 
 
 # Surfaces around the axis of a hole: the wall left beside it, and its largest depth.
