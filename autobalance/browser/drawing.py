@@ -45,7 +45,7 @@ LARGEST_BOB_WEIGHTS_G: Mapping[str, float] = {
 }
 """Bob-weights of usual engines, with a fifth to drill off, of presets whose own counterweights suit none.
 
-The app draws the counterweights for them. Those of the other presets suit usual engines as they are."""
+The app draws the counterweights for them. The other presets suit usual engines as they are."""
 ENGINES: Mapping[str, Mapping[str, Any]] = {
     "v-twin-45": {"rods_per_throw": 2, "layout": {"bank_deg": [-22.5, 22.5]}},
     "v8-crossplane": {"rods_per_throw": 2, "layout": {"bank_deg": [-45.0, 45.0]}},

@@ -98,7 +98,7 @@ class CutModel:
 
 @record
 class Limits:
-    """What is permitted."""
+    """Permissible unbalance, and how it is judged."""
 
     permissible_g_mm: float
     judge: Literal["dynamic", "static"]

@@ -1,4 +1,4 @@
-"""Pockets milled or turned: their metal, tools and rules, and how one is told again from a solid."""
+"""Pockets milled or turned: their metal, tools and rules, and how one is found again in a solid."""
 
 from __future__ import annotations
 

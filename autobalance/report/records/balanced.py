@@ -41,7 +41,7 @@ from autobalance.wording import NOT_PROVEN, OUTCOMES, number
 
 @record
 class Hole:
-    """What a drill or a slug adds to a correction."""
+    """Further fields of a correction by a drill or a slug."""
 
     inward: Triple
     diameter_mm: float
@@ -53,7 +53,7 @@ class Hole:
 
 @record
 class Slug:
-    """What a slug adds to its hole."""
+    """Further fields of a slug."""
 
     slug_mass_g: float
     length_mm: float
@@ -63,7 +63,7 @@ class Slug:
 
 @record
 class Pocket:
-    """What a milled pocket adds to a correction."""
+    """Further fields of a milled pocket."""
 
     start_deg: float
     end_deg: float
@@ -74,7 +74,7 @@ class Pocket:
 
 @record
 class NewFace:
-    """What a lowered face, or metal on a face, adds to a correction."""
+    """Further fields of a lowered face, or of metal on a face."""
 
     normal: Triple
     face_height_mm: float
@@ -83,7 +83,7 @@ class NewFace:
 
 @record
 class NewRim:
-    """What a turned rim adds to a correction."""
+    """Further fields of a turned rim."""
 
     rim_radius_mm: float
     new_radius_mm: float

@@ -162,7 +162,7 @@ class JobPart:
 @open_keys
 @record
 class JobShop:
-    """What the papers have of the shop."""
+    """The shop, as the papers show it."""
 
     name: str | None = None
     logo: str | None = None

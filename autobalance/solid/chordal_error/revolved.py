@@ -281,7 +281,7 @@ class Sets:
         return np.repeat(np.arange(len(self.starts)), self.sizes)
 
     def thinned(self, most: int) -> tuple[Indices, Indices]:
-        """Return rows (m,) spread over each set, at most ``most`` of one, and for how many each stands."""
+        """Return rows (m,) spread over each set, at most ``most`` of one, and how many each represents."""
         step = (1 + (self.sizes - 1) // most)[self.number]
         kept = np.flatnonzero((np.arange(self.count) - self.starts[self.number]) % step == 0)
         return kept, step.take(kept)
