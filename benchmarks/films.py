@@ -10,7 +10,7 @@ import time
 import numpy as np
 
 from autobalance.engines.bearings.orbit import Orbits, film_orbits
-from autobalance.engines.cycle.factors import MainLoads
+from autobalance.engines.cycle.factors import FactorMainLoads
 from benchmarks.cycle import firing_twelve
 
 FACTORS = (0.0, 0.28, 0.5, 0.64, 1.0)
@@ -24,7 +24,7 @@ MAIN = 1
 def forces() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return angles (n,), forces of the crank on its main (n, k, 2) and the speed of each (k,)."""
     firing = firing_twelve()
-    mains, grid = MainLoads.of(firing), firing.grid
+    mains, grid = FactorMainLoads.of(firing), firing.grid
     loads = [
         mains.parts.mains_n(speed, mains.crank_n(factor))[MAIN, : grid.even_rad.size : DEGREE]
         for speed in SPEEDS_RAD_S

@@ -13,7 +13,7 @@ import numpy as np
 
 import autobalance as ab
 from autobalance.drawn_cranks.design import PRESETS
-from autobalance.machining.area_moves import Part
+from autobalance.machining.area_moves import MachinedCrank
 from autobalance.machining.verb import verified_part
 from autobalance.rigid_rotor.unbalance import Unbalance
 from tests import nc_sweep
@@ -154,13 +154,13 @@ def random_job(folder: Path, kind: str, layout: str, seed: int) -> Path | None:
 
 
 @cache
-def part_of(report: Path) -> Part:
+def part_of(report: Path) -> MachinedCrank:
     """Return what a report's programs cut, verified once."""
     return verified_part(report)
 
 
 def swept_residual(
-    report: Values, part: Part, programs: dict[str, str], nc: Values, rapids: bool = True
+    report: Values, part: MachinedCrank, programs: dict[str, str], nc: Values, rapids: bool = True
 ) -> tuple[np.ndarray, list[nc_sweep.Swept]]:
     """Return the residual in both planes that another sweep of programs leaves, and all that it saw."""
     whole = nc_sweep.manifold(part.before.mesh.vertices, part.before.mesh.triangles)
@@ -183,7 +183,7 @@ def swept_residual(
     return was + np.stack([in_a, density * first - in_a]), seen
 
 
-def gouged_mm(part: Part, seen: list[nc_sweep.Swept]) -> float:
+def gouged_mm(part: MachinedCrank, seen: list[nc_sweep.Swept]) -> float:
     """Return how thick the metal is that a sweep took beyond the report's solid."""
     after = nc_sweep.manifold(part.after.mesh.vertices, part.after.mesh.triangles)
     return nc_sweep.thickest_mm(after - seen[-1].solid) if seen else 0.0

@@ -21,7 +21,14 @@ from autobalance.finite_elements.throws import bodies_of_solid
 from autobalance.profile_search import strength
 from autobalance.profile_search import written as solids
 from autobalance.profile_search.answer import SearchFigures, infeasible_reason, remedies, step_notes
-from autobalance.profile_search.candidates import Candidate, SearchResult, chosen, front, judged, with_refined
+from autobalance.profile_search.candidates import (
+    JudgedDesign,
+    SearchResult,
+    chosen,
+    front,
+    judged,
+    with_refined,
+)
 from autobalance.profile_search.free_metal import free_metal
 from autobalance.profile_search.input import load_design
 from autobalance.profile_search.level_sets import CLOSENESS_STEPS, begun, level_set_for_balance, level_sets
@@ -224,7 +231,7 @@ def properties_of_step(problem: Problem, variables: Any) -> Moments:
     return total
 
 
-def best_of(problem: Problem) -> Candidate:
+def best_of(problem: Problem) -> JudgedDesign:
     """Return the best of a search with one objective, before it is written."""
     every = with_refined(searched(problem, [], lambda _: None))
     return min(every.candidates, key=lambda each: (each.violation, each.objectives[0]))
@@ -503,7 +510,7 @@ def test_gathered_control_points_keep_the_outline_off_the_hold_radius(tmp_path: 
         assert np.linalg.norm(outline, axis=1).min() >= profile.hold_radius_mm - 1e-6
 
 
-def kept(findings: SearchResult) -> list[Candidate]:
+def kept(findings: SearchResult) -> list[JudgedDesign]:
     return [each for each in findings.candidates if each.violation <= 0.0]
 
 

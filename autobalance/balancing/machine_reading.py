@@ -201,7 +201,7 @@ class StageSuspect:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class ReadingComparison:
     """Two readings and the effect of the cuts between them.
 
     ``before`` is the reading before the cuts, ``expected`` the model's effect of the cuts; ``per_gram`` is
@@ -239,7 +239,7 @@ class Comparison:
         return np.array(reading.share.planes_g_mm)
 
 
-def suspects(compared: Comparison) -> list[StageSuspect]:
+def suspects(compared: ReadingComparison) -> list[StageSuspect]:
     """Return the mistakes that explain the difference, best first; none where the readings agree."""
     if compared.agrees:
         return []
@@ -251,7 +251,7 @@ def suspects(compared: Comparison) -> list[StageSuspect]:
     return sorted(suspect_of.values(), key=lambda each: each.rank)
 
 
-def _tried(compared: Comparison) -> Iterator[tuple[Cause, float, str]]:
+def _tried(compared: ReadingComparison) -> Iterator[tuple[Cause, float, str]]:
     """Yield causes, the difference left by each and words: undone in both readings, or in the new one."""
     for both in (True, False):
         yield "mirrored", _left(compared, both, _mirrored), "angles count the other way"
@@ -288,7 +288,7 @@ def _machine(planes: Sequence[PlaneReading]) -> Unbalance:
     return Unbalance(vector(total), vector(moment))
 
 
-def _left(compared: Comparison, both: bool, undo: Undone) -> float:
+def _left(compared: ReadingComparison, both: bool, undo: Undone) -> float:
     now = _machine(undo(compared.now)) + compared.now.off
     before = compared.before.unbalance
     if both:
@@ -296,7 +296,7 @@ def _left(compared: Comparison, both: bool, undo: Undone) -> float:
     return float(np.linalg.norm(compared.seen(now - before - compared.expected)))
 
 
-def _fit(compared: Comparison, both: bool) -> tuple[Array, Array]:
+def _fit(compared: ReadingComparison, both: bool) -> tuple[Array, Array]:
     """Return X and Y, complex (k,): with a factor on the machine's values, C − E is factor·X − Y."""
     read = _machine(compared.now.planes)
     rest = compared.expected - compared.now.off
@@ -309,14 +309,14 @@ def _fit(compared: Comparison, both: bool) -> tuple[Array, Array]:
     return x[:, 0] + 1j * x[:, 1], y[:, 0] + 1j * y[:, 1]
 
 
-def _turned(compared: Comparison, both: bool) -> Iterator[tuple[Cause, float, str]]:
+def _turned(compared: ReadingComparison, both: bool) -> Iterator[tuple[Cause, float, str]]:
     x, y = _fit(compared, both)
     angle = cmath.phase(complex(np.vdot(x, y)))
     left = float(np.linalg.norm(cmath.exp(1j * angle) * x - y))
     yield "turned", left, f"all angles are turned by {math.degrees(angle):.1f}°"
 
 
-def _scaled(compared: Comparison, both: bool) -> Iterator[tuple[Cause, float, str]]:
+def _scaled(compared: ReadingComparison, both: bool) -> Iterator[tuple[Cause, float, str]]:
     x, y = _fit(compared, both)
     square = float(np.vdot(x, x).real)
     factor = float(np.vdot(x, y).real) / square if square > 0.0 else 0.0
@@ -347,7 +347,7 @@ def _unit_of(factor: float) -> str:
     )
 
 
-def _bob_weights(compared: Comparison) -> Iterator[tuple[Cause, float, str]]:
+def _bob_weights(compared: ReadingComparison) -> Iterator[tuple[Cause, float, str]]:
     fitted = bob_weight_fit(compared.difference, compared.seen(compared.per_gram))
     if fitted is not None:
         grams, left = fitted

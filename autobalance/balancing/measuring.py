@@ -28,7 +28,7 @@ from autobalance.types import Array, Floats
 from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
-    from autobalance.solid.cad.build import Taken
+    from autobalance.solid.cad.build import MetalTaken
 
 
 # Measuring of a cut crank: on the bytes of its file, on its own triangles, or on its true surfaces.
@@ -224,7 +224,7 @@ def refuse_sum(rotor: Rotor, measured: Measured, corrections: Sequence[Correctio
         )
 
 
-def _as_taken(rotor: Rotor, one: tuple[Cut, float], took: Taken | None) -> Correction | None:
+def _as_taken(rotor: Rotor, one: tuple[Cut, float], took: MetalTaken | None) -> Correction | None:
     """Return a cut's correction as measured on the metal that its tool took; None where it took none."""
     if took is None or min(took.volume.mass_g, took.floor.mass_g) <= 0.0:
         return None

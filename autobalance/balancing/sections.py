@@ -26,7 +26,7 @@ class State(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Section:
+class ReportSection:
     """A part of the report: ``record`` declares its content, ``meaning`` describes it.
 
     ``begun`` computes the quantities of the crank before; with it ``ended`` makes the record of the crank
@@ -45,13 +45,13 @@ class Section:
     require: Callable[[], None] = lambda: None
 
 
-def section(key: str) -> Section:
+def section(key: str) -> ReportSection:
     """Return the section that the report has under a key."""
-    found: Section = registry.loaded(registry.RUN_SECTIONS[key].place)
+    found: ReportSection = registry.loaded(registry.RUN_SECTIONS[key].place)
     return found
 
 
-def of_job(job: Job) -> Iterator[tuple[str, Section]]:
+def of_job(job: Job) -> Iterator[tuple[str, ReportSection]]:
     """Yield key and section of those that a job asks for by one of its tables."""
     for key, each in registry.RUN_SECTIONS.items():
         if each.table in job.raw:

@@ -45,7 +45,7 @@ class Number:
 
 
 @dataclass(frozen=True)
-class Analysis:
+class AnalysisQuestion:
     """A verb as a question: what it reads, what the job must have for it, and the number that answers it.
 
     It reads the page's job, the solid of the job's crank alone, a separate file (the name of its schema) or a
@@ -79,43 +79,43 @@ ENGINE, RUNNING, MEASURING = "The engine", "Strength and running", "Making and m
 TARGET = ("balance.factor", "balance.grade", "balance.speed_rpm")
 ROD = (*TARGET, "engine.rod_length_mm")
 CYCLE = (*ROD, "cycle.bore_mm", "cycle.compression_ratio|cycle.trace", "cycle.heat_J|cycle.trace|cycle.model")
-ANALYSES: Mapping[str, Analysis] = {
-    "forces": Analysis(
+ANALYSES: Mapping[str, AnalysisQuestion] = {
+    "forces": AnalysisQuestion(
         ENGINE,
         "How hard does it shake?",
         (Number("largest force", "states.*.force.greatest_n", "N", of="last"),),
         job=True,
         needs=ROD,
     ),
-    "factor": Analysis(
+    "factor": AnalysisQuestion(
         ENGINE,
         "Which balance factor?",
         (Number("factor today", "present", "", 3),),
         job=True,
         needs=TARGET,
     ),
-    "cycle": Analysis(
+    "cycle": AnalysisQuestion(
         ENGINE,
         "Loads and torque over a cycle",
         (Number("mean torque", "torque.mean_N_m", "N·m", 1),),
         job=True,
         needs=CYCLE,
     ),
-    "shafts": Analysis(
+    "shafts": AnalysisQuestion(
         ENGINE,
         "Balance shafts",
         (Number("largest shaft", "proposals.*.shafts.*.product_g_mm", "g·mm", of="greatest"),),
         job=True,
         needs=ROD,
     ),
-    "parts": Analysis(
+    "parts": AnalysisQuestion(
         ENGINE,
         "What do the parts weigh?",
         (Number("bob-weight", "throws.*.bob_weight_g", "g", 2, of="greatest"),),
         job=True,
         needs=TARGET,
     ),
-    "design": Analysis(
+    "design": AnalysisQuestion(
         ENGINE,
         "Lighter counterweights",
         (Number("lightest crank", "designs.*.objectives.mass_g", "g", of="least"),),
@@ -123,34 +123,34 @@ ANALYSES: Mapping[str, Analysis] = {
         schema="design-file",
         needs=TARGET,
     ),
-    "strength": Analysis(
+    "strength": AnalysisQuestion(
         RUNNING,
         "Will it break?",
         (Number("minimum safety", "fillets.*.safety.*", "", 2, of="least"),),
         job=True,
         needs=(*CYCLE, "strength.pin_fillet_mm", "strength.material.tensile_MPa"),
     ),
-    "fem": Analysis(
+    "fem": AnalysisQuestion(
         RUNNING,
         "Natural modes of the solid",
         (Number("lowest mode", "modes.*.frequency_hz", "Hz", of="least"),),
         job=True,
         crank=True,
     ),
-    "torsion": Analysis(
+    "torsion": AnalysisQuestion(
         RUNNING,
         "Torsional vibration",
         (Number("lowest mode", "natural_frequencies_hz.*", "Hz", of="least"),),
         job=True,
         needs=TARGET,
     ),
-    "rotor": Analysis(
+    "rotor": AnalysisQuestion(
         RUNNING,
         "Critical speeds",
         (Number("lowest critical speed", "critical_speeds_rpm.*", "rpm", of="least"),),
         schema="rotor-file",
     ),
-    "bearing": Analysis(
+    "bearing": AnalysisQuestion(
         RUNNING,
         "Oil film of a bearing",
         (
@@ -159,26 +159,26 @@ ANALYSES: Mapping[str, Analysis] = {
         ),
         schema="bearing-file",
     ),
-    "study": Analysis(
+    "study": AnalysisQuestion(
         MEASURING,
         "How many of 1000 pass?",
         (Number("within tolerance", "probability_within", "%", 1, factor=100.0),),
         job=True,
         needs=(*TARGET, "crankshaft.density_pm_kg_m3|*pm*"),
     ),
-    "orders": Analysis(
+    "orders": AnalysisQuestion(
         MEASURING,
         "Orders in a recorded signal",
         (Number("speed", "speed.mean_rpm", "rpm"), Number("sample rate", "record.sample_rate_hz", "Hz")),
         record=True,
     ),
-    "bench": Analysis(
+    "bench": AnalysisQuestion(
         MEASURING,
         "Test bench",
         (Number("largest mean torque", "runs.*.mean_torque_N_m", "N·m", 3, of="greatest"),),
         schema="bench-file",
     ),
-    "grade": Analysis(
+    "grade": AnalysisQuestion(
         MEASURING,
         "Grade of a crank",
         (

@@ -168,7 +168,7 @@ def drawn_again(project: Project, file: str, typed: Mapping[str, float], most_g:
     return name
 
 
-class Drawings:
+class DrawingEndpoints:
     """The endpoints."""
 
     def __init__(self, project: Project, names: CrankNames) -> None:

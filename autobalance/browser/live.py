@@ -16,7 +16,7 @@ from autobalance.browser.cranks import saved_name
 from autobalance.browser.forms import limits, tables
 from autobalance.browser.guard import body_of, file_of, jsonable, packed, refused
 from autobalance.browser.opening import job_of
-from autobalance.browser.prediction import DRAGGED_KEYS, LinearModel, predicted, preview
+from autobalance.browser.prediction import DRAGGED_KEYS, PredictionModel, predicted, preview
 from autobalance.browser.project import named_files
 from autobalance.browser.work import CARDS, MESH, MODEL, VIEW, WEBS
 from autobalance.declare import decoded, encoded
@@ -235,7 +235,7 @@ class Live:
             return refused(f"the body must be {{{body}}}", 400)
         try:
             given = (values.get(name, []) for name in DRAGGED_KEYS)
-            return JSONResponse(encoded(predicted(decoded(LinearModel, model), *given)))
+            return JSONResponse(encoded(predicted(decoded(PredictionModel, model), *given)))
         except AutobalanceError as error:
             return refused(str(error), 400)
 

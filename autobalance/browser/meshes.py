@@ -22,7 +22,7 @@ from autobalance.value_classes import dataclass
 if TYPE_CHECKING:
     from autobalance.balancing.measured import Crank
     from autobalance.crank.anatomy import Anatomy, Face, Pin
-    from autobalance.crank.recognition.candidates import Candidate
+    from autobalance.crank.recognition.candidates import CylinderCandidate
     from autobalance.verbs.balance import BalanceResult
     from autobalance.verbs.inspect import InspectResult
 
@@ -102,7 +102,9 @@ def recognised_mesh(result: InspectResult) -> bytes:
     return crank_mesh(mesh, anatomy, result.faces, others)
 
 
-def crank_mesh(mesh: Mesh, anatomy: Anatomy, faces: Sequence[Face], others: Sequence[Candidate]) -> bytes:
+def crank_mesh(
+    mesh: Mesh, anatomy: Anatomy, faces: Sequence[Face], others: Sequence[CylinderCandidate]
+) -> bytes:
     """Return a recognised crank as a buffer: corners, triangles, and the part of each triangle.
 
     Parts are numbered from 1, as the head lists them: faces, journals and crankpins, and the cylinders that
@@ -151,7 +153,7 @@ def _coloured(anatomy: Anatomy) -> dict[str, list[list[float]]]:
     }
 
 
-def bare_mesh(mesh: Mesh, others: Sequence[Candidate]) -> bytes:
+def bare_mesh(mesh: Mesh, others: Sequence[CylinderCandidate]) -> bytes:
     """Return a solid that no crank was recognised in: in file coordinates, with the cylinders in it."""
     marks = _Marks(mesh.vertices, mesh.triangles)
     for number, other in enumerate(others, 1):
@@ -189,7 +191,7 @@ class _Marks:
         axis = np.array([0.0, 0.0, 1.0])
         self.add({**part, **fields}, self._on(pin.centre_mm, axis, pin.diameter_mm, pin.width_mm))
 
-    def add_on(self, part: Part, other: Candidate) -> None:
+    def add_on(self, part: Part, other: CylinderCandidate) -> None:
         fields = {
             "file_centre_mm": [float(value) for value in other.centre_mm],
             "diameter_mm": other.diameter_mm,

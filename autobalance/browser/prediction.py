@@ -36,7 +36,7 @@ TURNS_DEG = 60.0
 
 
 @record
-class Left:
+class UnbalanceLeft:
     """Unbalance and moment of a rotor."""
 
     unbalance_g_mm: Pair
@@ -44,7 +44,7 @@ class Left:
 
 
 @record
-class Effect(Left):
+class Effect(UnbalanceLeft):
     """Change of a rotor by metal, and of a cut its slope with the depth, a millimetre."""
 
     mass_g: float
@@ -97,7 +97,7 @@ class CutModel:
 
 
 @record
-class Limits:
+class PermittedUnbalance:
     """Permissible unbalance, and how it is judged."""
 
     permissible_g_mm: float
@@ -106,25 +106,27 @@ class Limits:
 
 
 @record
-class LinearModel:
+class PredictionModel:
     """A result that was measured, every cut's effect and its slope with the depth."""
 
-    residual: Left
-    tolerance: Limits
+    residual: UnbalanceLeft
+    tolerance: PermittedUnbalance
     mass_change_g: float
     inertia_change_kg_mm2: float
     cuts: Sequence[CutModel]
 
 
-def linear_model(result: BalanceResult) -> LinearModel:
+def linear_model(result: BalanceResult) -> PredictionModel:
     """Return the input of `predicted` from a result; effects are those of the kinds of correction."""
     found = result.record.balanced
     assert found is not None
     ended, tolerance = found.result, found.tolerance
     change = Effect.of(ended.final_moments - ended.initial_moments)
-    return LinearModel(
-        residual=Left(unbalance_g_mm=ended.residual.resultant_g_mm, moment_g_mm2=ended.residual.moment_g_mm2),
-        tolerance=Limits(
+    return PredictionModel(
+        residual=UnbalanceLeft(
+            unbalance_g_mm=ended.residual.resultant_g_mm, moment_g_mm2=ended.residual.moment_g_mm2
+        ),
+        tolerance=PermittedUnbalance(
             permissible_g_mm=tolerance.permissible_g_mm, judge=tolerance.judge, planes=tolerance.planes
         ),
         mass_change_g=change.mass_g,
@@ -199,7 +201,7 @@ class Predicted:
 
 
 def predicted(
-    model: LinearModel,
+    model: PredictionModel,
     depths_mm: Sequence[Any],
     turns_deg: Sequence[Any] = (),
     diameters_mm: Sequence[Any] = (),
@@ -208,7 +210,7 @@ def predicted(
 
     Parameters
     ----------
-    model : LinearModel
+    model : PredictionModel
     depths_mm, turns_deg, diameters_mm : sequence of float
         One a cut; without turns every cut stays at its angle, without diameters every hole as wide as it is.
 
@@ -258,7 +260,7 @@ def _in_planes(planes: Sequence[TolerancePlane], unbalance: complex, moment: com
 
 
 def checked_cuts(
-    model: LinearModel,
+    model: PredictionModel,
     depths_mm: Sequence[Any],
     turns_deg: Sequence[Any],
     diameters_mm: Sequence[Any] = (),

@@ -19,7 +19,7 @@ from starlette.types import ASGIApp
 from autobalance.browser.analyses import ANALYSES, AnalysisFiles, wrong_request
 from autobalance.browser.bundle import script, style
 from autobalance.browser.cranks import CrankNames, saved_name
-from autobalance.browser.drawing import Drawings
+from autobalance.browser.drawing import DrawingEndpoints
 from autobalance.browser.guard import (
     PICTURES,
     TOKEN_HEADER,
@@ -136,7 +136,7 @@ class Pages:
             Route("/api/runs/{run}/files/{name}", self.result),
             *self._live.routes(),
             *self._names.routes(),
-            *Drawings(self._project, self._names).routes(),
+            *DrawingEndpoints(self._project, self._names).routes(),
             *AnalysisFiles(self._project).routes(),
         ]
 

@@ -22,7 +22,7 @@ from autobalance.verbs.declaration import parameters_of
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
-    from autobalance.report.material import Material
+    from autobalance.report.material import FileMaterial
     from autobalance.runtime import Progress
     from autobalance.verbs.balance import BalanceResult
     from autobalance.verbs.crank import Crank
@@ -52,7 +52,7 @@ Asked = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Place:
+class RunFolders:
     """Folders of a run's files and results; ``own`` is for the page alone."""
 
     project: Path
@@ -79,7 +79,7 @@ def work(verb: str, request: Asked, folders: tuple[str, ...], memory_mb: int, pi
         pipe.send(("progress", words, share))
 
     try:
-        code = {**VERBS, **ASIDE}[verb](request, Place(*(Path(each) for each in folders)), notify)
+        code = {**VERBS, **ASIDE}[verb](request, RunFolders(*(Path(each) for each in folders)), notify)
         pipe.send(("done", code))
     except AutobalanceError as error:
         pipe.send(("failed", error.exit_code, Project(Path(folders[0])).as_named(str(error))))
@@ -107,7 +107,7 @@ def limit_memory(memory_mb: int) -> None:
 # --- verbs --------------------------------------------------------------------------------------------------
 
 
-def _inspect(request: Asked, place: Place, notify: Progress) -> int:
+def _inspect(request: Asked, place: RunFolders, notify: Progress) -> int:
     import autobalance as ab
     from autobalance.browser.meshes import recognised_mesh
 
@@ -120,7 +120,7 @@ def _inspect(request: Asked, place: Place, notify: Progress) -> int:
     return 0
 
 
-def _read(table: Asked, place: Place, notify: Progress) -> Crank:
+def _read(table: Asked, place: RunFolders, notify: Progress) -> Crank:
     """Read and measure the crank of a job; its solid is there to be looked at before it is recognised."""
     from autobalance.balancing.measured_crank import read_crank, recognise_and_measure
     from autobalance.browser.meshes import bare_mesh
@@ -151,7 +151,7 @@ def _read(table: Asked, place: Place, notify: Progress) -> Crank:
         raise
 
 
-def _scale(request: Asked, place: Place, notify: Progress) -> int:
+def _scale(request: Asked, place: RunFolders, notify: Progress) -> int:
     """Write the file of a crank scaled to a known stroke; the earlier file stays."""
     from autobalance.browser.cranks import scaled_crank
 
@@ -165,14 +165,14 @@ def _scale(request: Asked, place: Place, notify: Progress) -> int:
     return 0
 
 
-def _balance(request: Asked, place: Place, notify: Progress) -> int:
+def _balance(request: Asked, place: RunFolders, notify: Progress) -> int:
     import autobalance as ab
 
     result = ab.balance(ab.Job.from_dict(request["job"], folder=place.project), progress=notify)
     return _written(result, place, notify)
 
 
-def _recut(request: Asked, place: Place, notify: Progress) -> int:
+def _recut(request: Asked, place: RunFolders, notify: Progress) -> int:
     """Cut further by a reading; what it leaves empty of the machine is as in a reading.toml to fill in."""
     import autobalance as ab
     from autobalance.report.reading_template import UMAR_G_MM, URR_PERCENT
@@ -187,7 +187,7 @@ def _recut(request: Asked, place: Place, notify: Progress) -> int:
     return _written(result, place, notify)
 
 
-def _nc(request: Asked, place: Place, notify: Progress) -> int:
+def _nc(request: Asked, place: RunFolders, notify: Progress) -> int:
     """Write the NC programs of a result on a machine whose file was pasted into the page."""
     import autobalance as ab
     from autobalance.toml_files.document import toml_of
@@ -199,7 +199,7 @@ def _nc(request: Asked, place: Place, notify: Progress) -> int:
     return result.exit_code
 
 
-def _written(result: BalanceResult, place: Place, notify: Progress) -> int:
+def _written(result: BalanceResult, place: RunFolders, notify: Progress) -> int:
     """Write the command's files, and the page's view of them."""
     from autobalance.browser.meshes import result_view
     from autobalance.browser.prediction import linear_model
@@ -224,12 +224,12 @@ def _written(result: BalanceResult, place: Place, notify: Progress) -> int:
     return result.exit_code
 
 
-def _material(result: BalanceResult) -> Material:
+def _material(result: BalanceResult) -> FileMaterial:
     """Return the material of what the command writes only on request; of the drawing with its extra."""
     from autobalance.errors import FormatError
     from autobalance.report.balance.values import showable
     from autobalance.report.bundle import choice_of
-    from autobalance.report.material import Material
+    from autobalance.report.material import FileMaterial
     from autobalance.report.output_kinds import KINDS
 
     record = result.record.balanced
@@ -243,10 +243,12 @@ def _material(result: BalanceResult) -> Material:
     before, report = result.before.measured.source.solid, showable(result.report)
     units = result.shown.given.shop.units or "metric"
     ended = record.result
-    return Material(report, choice_of(kinds, "A4", units), before, ended.solid, ended.tools, lambda _: None)
+    return FileMaterial(
+        report, choice_of(kinds, "A4", units), before, ended.solid, ended.tools, lambda _: None
+    )
 
 
-def _webs(material: Material) -> bytes:
+def _webs(material: FileMaterial) -> bytes:
     """Return the webs that are cut on their degree wheels, and sections, as the sheet draws them; as JSON."""
     from dataclasses import asdict
 
@@ -259,7 +261,7 @@ def _webs(material: Material) -> bytes:
     return json.dumps([asdict(each) for each in drawn]).encode()
 
 
-def _compare(request: Asked, place: Place, notify: Progress) -> int:
+def _compare(request: Asked, place: RunFolders, notify: Progress) -> int:
     """Compare the kinds; those that come within tolerance are drawn. Cards are there as they are done."""
     import autobalance as ab
     from autobalance.balancing.measured_crank import measure_crank
@@ -312,10 +314,10 @@ def _picture(result: BalanceResult) -> bytes:
     return pictures(report, before.mesh, shown.body, shown.pieces, CARD_PIXELS)[1]
 
 
-def _analysed(verb: str) -> Callable[[Asked, Place, Progress], int]:
+def _analysed(verb: str) -> Callable[[Asked, RunFolders, Progress], int]:
     """Return a function that runs an analysis: of the page's job, of a separate file, or of records."""
 
-    def run(request: Asked, place: Place, notify: Progress) -> int:
+    def run(request: Asked, place: RunFolders, notify: Progress) -> int:
         import autobalance as ab
 
         def notify_of_verb(words: str, share: float) -> None:
@@ -377,7 +379,7 @@ def _start(job: Asked) -> Asked:
     return {name: table for name, table in job.items() if name in START_TABLES}
 
 
-def _plotted(result: VerbResult, place: Place, notify: Progress) -> int:
+def _plotted(result: VerbResult, place: RunFolders, notify: Progress) -> int:
     """Write a result's report, its words, its files and its plots, which take longest of some."""
     plots = result.plots()
     place.results.mkdir(parents=True, exist_ok=True)
@@ -395,13 +397,13 @@ def _plotted(result: VerbResult, place: Place, notify: Progress) -> int:
     return result.exit_code
 
 
-def _report(place: Place, result: VerbResult) -> None:
+def _report(place: RunFolders, result: VerbResult) -> None:
     """Write the report last: a run with one is whole."""
     place.results.mkdir(parents=True, exist_ok=True)
     (place.results / REPORT).write_text(result.json(), encoding="utf-8")
 
 
-def _sheet(_: Asked, place: Place, _notify: Progress) -> int:
+def _sheet(_: Asked, place: RunFolders, _notify: Progress) -> int:
     """Draw the shop sheet of a result again, with the cuts that are done."""
     import autobalance as ab
 
@@ -410,9 +412,9 @@ def _sheet(_: Asked, place: Place, _notify: Progress) -> int:
     return 0
 
 
-ASIDE: dict[str, Callable[[Asked, Place, Progress], int]] = {"sheet": _sheet}
+ASIDE: dict[str, Callable[[Asked, RunFolders, Progress], int]] = {"sheet": _sheet}
 """Commands that the server itself runs on a result: they are not runs."""
-VERBS: dict[str, Callable[[Asked, Place, Progress], int]] = {
+VERBS: dict[str, Callable[[Asked, RunFolders, Progress], int]] = {
     "inspect": _inspect,
     "scale": _scale,
     "balance": _balance,

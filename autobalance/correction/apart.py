@@ -52,7 +52,7 @@ def keep_apart(
 
     Only envelopes of different groups are compared, if there are ``groups``.
     """
-    pieces = _Pieces.of(envelopes, most_mm)
+    pieces = _EnvelopePieces.of(envelopes, most_mm)
     one, other = _near_rooms(pieces, len(envelopes), wall_mm, groups)
     a, b = _near_pieces(pieces, one, other, wall_mm)
     if not len(a):
@@ -75,7 +75,7 @@ def keep_apart(
 
 
 @dataclass(frozen=True, eq=False)
-class _Pieces:
+class _EnvelopePieces:
     """All pieces of envelopes, padded to as many corners; ``low`` and ``high`` hold at every depth."""
 
     owner: Indices
@@ -88,7 +88,7 @@ class _Pieces:
     high: Array
 
     @classmethod
-    def of(cls, envelopes: Sequence[Envelope], most_mm: Array) -> _Pieces:
+    def of(cls, envelopes: Sequence[Envelope], most_mm: Array) -> _EnvelopePieces:
         counts = [len(envelope.start_mm) for envelope in envelopes]
         corners = max(envelope.start_mm.shape[1] for envelope in envelopes)
         owner = np.repeat(np.arange(len(envelopes)), counts)
@@ -131,7 +131,7 @@ GAP_MM = 5e-4
 
 
 def _near_rooms(
-    pieces: _Pieces, count: int, wall_mm: Array, groups: NDArray[np.int_] | None
+    pieces: _EnvelopePieces, count: int, wall_mm: Array, groups: NDArray[np.int_] | None
 ) -> tuple[Indices, Indices]:
     """Return the pairs of envelopes whose boxes are too near."""
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
@@ -148,7 +148,7 @@ def _near_rooms(
     return i, j
 
 
-def _near_pieces(pieces: _Pieces, i: Indices, j: Indices, wall_mm: Array) -> tuple[Indices, Indices]:
+def _near_pieces(pieces: _EnvelopePieces, i: Indices, j: Indices, wall_mm: Array) -> tuple[Indices, Indices]:
     """Return the pairs of pieces of pairs of envelopes whose boxes are too near."""
     first = np.searchsorted(pieces.owner, np.arange(len(wall_mm) + 1))
     counts = np.diff(first)
@@ -168,7 +168,7 @@ AreApart = Callable[[Array, Array, Array], NDArray[np.bool_]]
 
 
 def _clear_depths(
-    pieces: _Pieces, a: Indices, b: Indices, need_mm: Array, are_apart: AreApart, steps: int
+    pieces: _EnvelopePieces, a: Indices, b: Indices, need_mm: Array, are_apart: AreApart, steps: int
 ) -> Array:
     """Return the depth that both pieces of each pair may have: infinite for any, −1 for none."""
     need = need_mm + pieces.radius_mm[a] + pieces.radius_mm[b]

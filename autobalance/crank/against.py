@@ -73,7 +73,7 @@ class Against:
 def aligned(mesh: Mesh, anatomy: Anatomy, other: Mesh, other_anatomy: Anatomy) -> Aligned:
     """Align a crank with another, both meshes in their files' coordinates [mm]."""
     here, there = mesh.moved(anatomy.file_to_rotor), other.moved(other_anatomy.file_to_rotor)
-    surface = _Surface.of(there)
+    surface = _SurfacePoints.of(there)
     areas = vertex_areas(here)
     tried = _some(here.vertices, COMPARED_POINTS)
     turns = list(_turns(anatomy, other_anatomy))
@@ -130,7 +130,7 @@ def _turns(anatomy: Anatomy, other: Anatomy) -> Iterator[Array]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Surface:
+class _SurfacePoints:
     """Points (n, 3) on a surface with the surface's normals (n, 3) there, and the points' typical spacing."""
 
     points: Array
@@ -139,7 +139,7 @@ class _Surface:
     tree: object
 
     @classmethod
-    def of(cls, mesh: Mesh) -> _Surface:
+    def of(cls, mesh: Mesh) -> _SurfacePoints:
         from scipy.spatial import cKDTree
 
         area = 0.5 * mesh.doubled_areas
@@ -167,7 +167,7 @@ class _Surface:
         return np.asarray(np.where(aside, np.copysign(whole, along), along))
 
 
-def _refined(points: Array, surface: _Surface, turn: Array) -> Array:
+def _refined(points: Array, surface: _SurfacePoints, turn: Array) -> Array:
     """Return a motion by which points lie on a surface best, by least squares point to plane."""
     motion = turn.copy()
     for _ in range(ROUNDS):

@@ -17,7 +17,7 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import polygon_area_mm2
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.solid.slicing.slices import WHOLE_SLAB, Part, Slab
+from autobalance.solid.slicing.slices import WHOLE_SLAB, Slab, SlabPart
 from autobalance.types import Array
 from autobalance.value_classes import dataclass
 
@@ -215,7 +215,7 @@ class _Cutter:
                 with_webs.append(replace(span, pin_number=rest))
         return with_webs
 
-    def moments(self, span: _Span, part: Part = WHOLE_SLAB) -> Moments:
+    def moments(self, span: _Span, part: SlabPart = WHOLE_SLAB) -> Moments:
         """Return the moments of a stretch's metal, or of part of it."""
         return self._layers.moments((span.low, span.high), self.density_g_mm3, part)
 
@@ -231,7 +231,7 @@ class _Cutter:
         """Return the moments of the web's metal in a stretch, or of its part beyond the axis."""
         assert span.web is not None
         side = away_from_crankpin(span.web, self.anatomy) if beyond else None
-        moments = self.moments(span, WHOLE_SLAB if side is None else Part(side=side))
+        moments = self.moments(span, WHOLE_SLAB if side is None else SlabPart(side=side))
         return moments if span.pin is None else moments - self._beside_shoulder(span, side)
 
     def moments_of_web(self, spans: Sequence[_Span]) -> Moments:
@@ -249,7 +249,9 @@ class _Cutter:
         where the shoulder is apart from it, and scaled to the whole stretch.
         """
         assert span.pin is not None
-        part = Part(span.pin.centre_mm[:2], 0.5 * (1.0 + SHOULDER_MARGIN_RATIO) * span.pin.diameter_mm, side)
+        part = SlabPart(
+            span.pin.centre_mm[:2], 0.5 * (1.0 + SHOULDER_MARGIN_RATIO) * span.pin.diameter_mm, side
+        )
         aside = min(ASIDE_SHARE * self.mesh.diagonal_mm, 0.1 * (span.high - span.low))
         inner = self.moments(replace(span, low=span.low + aside, high=span.high - aside), part)
         return inner.scaled((span.high - span.low) / (span.high - span.low - 2.0 * aside))

@@ -103,7 +103,7 @@ HALF = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Forces:
+class ComparedEngine:
     """The engine whose forces are compared, with its crank as it is.
 
     ``exact`` is False if the rods are of unknown length: then all orders but the first are left out.
@@ -114,7 +114,7 @@ class Forces:
     exact: bool
 
 
-def forces_of(job: Job, crank: MeasuredCrank, speed_rad_s: float) -> Forces:
+def forces_of(job: Job, crank: MeasuredCrank, speed_rad_s: float) -> ComparedEngine:
     """Return the engine of a job for its forces, with very long rods if their length is not known.
 
     Raises
@@ -126,11 +126,15 @@ def forces_of(job: Job, crank: MeasuredCrank, speed_rad_s: float) -> Forces:
     if not exact:
         radius = max(throw.crank_radius_mm for throw in crank.anatomy.throws)
         job = replace(job, engine=replace(job.engine, rod_length_mm=LONG_ROD * radius))
-    return Forces(engine_from_job.as_measured(job, crank), speed_rad_s, exact)
+    return ComparedEngine(engine_from_job.as_measured(job, crank), speed_rad_s, exact)
 
 
 def factors_of(
-    job: Job, crank: MeasuredCrank, present: float | None, forces: Forces | None, given: Sequence[float]
+    job: Job,
+    crank: MeasuredCrank,
+    present: float | None,
+    forces: ComparedEngine | None,
+    given: Sequence[float],
 ) -> Iterator[tuple[CandidateName, float]]:
     """Yield the candidates, each factor by its name."""
     if present is not None:
@@ -147,7 +151,7 @@ def factors_of(
         yield "given", factor
 
 
-def _least_peak(forces: Forces, crank: MeasuredCrank) -> float | None:
+def _least_peak(forces: ComparedEngine, crank: MeasuredCrank) -> float | None:
     """Return the factor with the smallest maximum force; at the outermost mains if throws cancel."""
     ends = engine_from_job.shaft_ends_mm(crank.anatomy)
     found: FactorAdvice = advise(forces.engine, forces.speed_rad_s, (), 1.0, ends)
@@ -159,7 +163,7 @@ def candidate(
     factor: float,
     job: Job,
     crank: MeasuredCrank,
-    forces: Forces | None,
+    forces: ComparedEngine | None,
     tolerance: Tolerance | None,
     notify: Notify,
 ) -> Candidate:
@@ -408,7 +412,7 @@ def _measured(job: Job, crank: Crank | None) -> tuple[Job, MeasuredCrank]:
 
 def _forces(
     job: Job, crank: MeasuredCrank, speed_rad_s: float, odd: list[str]
-) -> tuple[Forces | None, Motion]:
+) -> tuple[ComparedEngine | None, Motion]:
     """Return the engine for its forces, and by which motion; what is missing is added to the warnings."""
     try:
         forces = forces_of(job, crank, speed_rad_s)

@@ -15,7 +15,7 @@ from autobalance.errors import JobError
 from autobalance.finite_elements.elasticity import (
     STEEL,
     ElasticBody,
-    Material,
+    ElasticMaterial,
     TwoLevelSolver,
     nodal_stress_MPa,
     stiffness_and_mass,
@@ -28,7 +28,7 @@ from autobalance.finite_elements.mesher import (
     meshes_of,
     need_libraries,
 )
-from autobalance.finite_elements.modes import Kind, Mode, modes_of, rigid_motions
+from autobalance.finite_elements.modes import Kind, NaturalMode, modes_of, rigid_motions
 from autobalance.runtime import Progress, no_progress
 from autobalance.types import Array
 from autobalance.value_classes import dataclass
@@ -94,7 +94,7 @@ class StaticResult:
 
 
 def static_analysis(
-    body: ElasticBody, material: Material, holds: Sequence[Hold], loads: Sequence[Load]
+    body: ElasticBody, material: ElasticMaterial, holds: Sequence[Hold], loads: Sequence[Load]
 ) -> StaticResult:
     """Solve K u = f for a held and loaded body.
 
@@ -110,7 +110,9 @@ def static_analysis(
     return solved(body, material, held, force)
 
 
-def solved(body: ElasticBody, material: Material, held: NDArray[np.bool_], force: Array) -> StaticResult:
+def solved(
+    body: ElasticBody, material: ElasticMaterial, held: NDArray[np.bool_], force: Array
+) -> StaticResult:
     """Return the result of forces (3 n,) [N] at the nodes of a body with held degrees of freedom (3 n,)."""
     stiffness = stiffness_and_mass(body, material)[0]
     free = np.flatnonzero(~held)
@@ -201,14 +203,14 @@ ErrorOfMeshes = Annotated[float, Like(NotNegative | None)]
 
 
 @dataclass(frozen=True, eq=False)
-class Question:
+class AnalysisRequest:
     """Analysis wanted of a solid.
 
     Attributes
     ----------
     solid : SurfaceSolid or Path
         Triangles, or a STEP file.
-    material : Material
+    material : ElasticMaterial
     kind : {"modes", "static"}
     modes : int
     size_mm : float or None
@@ -217,7 +219,7 @@ class Question:
     """
 
     solid: SurfaceSolid | Path
-    material: Material = STEEL
+    material: ElasticMaterial = STEEL
     kind: Literal["modes", "static"] = "modes"
     modes: int = 6
     size_mm: float | None = None
@@ -291,7 +293,7 @@ class Answer:
     reactions_N: Sequence[float] | None = None
 
 
-def analysed(question: Question, progress: Progress = no_progress) -> Answer:
+def analysed(question: AnalysisRequest, progress: Progress = no_progress) -> Answer:
     """Analyse a solid on three meshes.
 
     Raises
@@ -325,14 +327,14 @@ def analysed(question: Question, progress: Progress = no_progress) -> Answer:
     return Answer(mesh=last, modes=tuple(modes), convergence=tuple(levels))
 
 
-def _found(question: Question, body: ElasticBody) -> StaticResult | list[Mode]:
+def _found(question: AnalysisRequest, body: ElasticBody) -> StaticResult | list[NaturalMode]:
     if question.kind == "static":
         return static_analysis(body, question.material, question.holds, question.loads)
     held = held_dofs(body, question.holds) if question.holds else None
     return modes_of(body, question.material, question.modes, held)
 
 
-def _level(mesh: TetrahedronMesh, body: ElasticBody, found: StaticResult | list[Mode]) -> FemLevel:
+def _level(mesh: TetrahedronMesh, body: ElasticBody, found: StaticResult | list[NaturalMode]) -> FemLevel:
     if isinstance(found, StaticResult):
         principal, mises = found.greatest_principal_MPa, float(found.von_mises_MPa.max())
         return FemLevel(

@@ -27,7 +27,7 @@ GAUSS = (0.5854101966249685, 0.1381966011250105)
 
 
 @dataclass(frozen=True)
-class Material:
+class ElasticMaterial:
     """An isotropic elastic material; see ``elasticity`` for the units.
 
     Attributes
@@ -48,7 +48,7 @@ class Material:
         return e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu))
 
 
-STEEL = Material()
+STEEL = ElasticMaterial()
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +110,9 @@ class ElasticBody:
         return masses
 
 
-def stiffness_and_mass(body: ElasticBody, material: Material) -> tuple[sparse.csc_matrix, sparse.csc_matrix]:
+def stiffness_and_mass(
+    body: ElasticBody, material: ElasticMaterial
+) -> tuple[sparse.csc_matrix, sparse.csc_matrix]:
     """Return K [N/mm] and M [t], both (3 n, 3 n).
 
     K_ab = ∫ λ ∇φ_a ∇φ_bᵀ + μ ∇φ_b ∇φ_aᵀ + μ (∇φ_a·∇φ_b) I dV, M_ab = ρ I ∫ φ_a φ_b dV.
@@ -132,7 +134,7 @@ def stiffness_and_mass(body: ElasticBody, material: Material) -> tuple[sparse.cs
     return pattern.matrix(stiff), pattern.matrix(mass)
 
 
-def _element_stiffness(gradients: Array, rule: Array, material: Material) -> Array:
+def _element_stiffness(gradients: Array, rule: Array, material: ElasticMaterial) -> Array:
     """Return (m, 10, 10, 3, 3) from gradients (10, 3, m, q) and the weights (m, q)."""
     count = rule.shape[0]
     flat = gradients.reshape(30, count, -1).transpose(1, 0, 2)  # (m, 30, q)
@@ -182,7 +184,9 @@ class _Pattern:
         return sparse.csc_matrix((lower + lower.T) * 0.5)
 
 
-def nodal_stress_MPa(body: ElasticBody, material: Material, displacement_mm: Array) -> tuple[Array, Array]:
+def nodal_stress_MPa(
+    body: ElasticBody, material: ElasticMaterial, displacement_mm: Array
+) -> tuple[Array, Array]:
     """Return the stress (n, 3, 3) at the nodes [MPa], and how far its elements disagree there (n,) [MPa].
 
     Taken where quadratic elements are most exact (their four Gauss points), carried to the corners linearly,

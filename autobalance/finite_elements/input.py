@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from autobalance.declare import FILLED, POSITIVE, InFile, Key, Range, Values, keys_of, made
 from autobalance.errors import JobError
 from autobalance.finite_elements.analysis import Box, Hold, Load
-from autobalance.finite_elements.elasticity import Material
+from autobalance.finite_elements.elasticity import ElasticMaterial
 from autobalance.job.model import LengthUnit
 from autobalance.toml_files.keys import plain, read_document
 from autobalance.units import MPA_PER_GPA, STEEL_KG_M3
@@ -38,7 +38,7 @@ class FemJob:
     file: Path
     unit: str | None
     body: int | str | None
-    material: Material
+    material: ElasticMaterial
     kind: AnalysisKind
     modes: int
     size_mm: float | None
@@ -66,9 +66,9 @@ class MaterialTable:
     nu: Annotated[float, POISSON, "Poisson's ratio"] = 0.3
     density_kg_m3: Annotated[float, POSITIVE, "density"] = STEEL_KG_M3
 
-    def material(self) -> Material:
+    def material(self) -> ElasticMaterial:
         """Return the same in t, mm, s."""
-        return Material(self.e_gpa * MPA_PER_GPA, self.nu, self.density_kg_m3 * T_MM3_PER_KG_M3)
+        return ElasticMaterial(self.e_gpa * MPA_PER_GPA, self.nu, self.density_kg_m3 * T_MM3_PER_KG_M3)
 
 
 @dataclass(frozen=True)

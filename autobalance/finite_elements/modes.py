@@ -11,7 +11,7 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh, splu
 
 from autobalance.errors import SolidError
-from autobalance.finite_elements.elasticity import ElasticBody, Material, stiffness_and_mass
+from autobalance.finite_elements.elasticity import ElasticBody, ElasticMaterial, stiffness_and_mass
 from autobalance.types import Array
 from autobalance.value_classes import dataclass
 
@@ -32,7 +32,7 @@ KIND_SHARE = 0.6
 
 
 @dataclass(frozen=True, eq=False)
-class Mode:
+class NaturalMode:
     """A natural mode: ``frequency_hz``, ``kind``, and the displacement (n, 3) with unit modal mass."""
 
     frequency_hz: float
@@ -41,14 +41,14 @@ class Mode:
 
 
 def modes_of(
-    body: ElasticBody, material: Material, count: int, held: NDArray[np.bool_] | None = None
-) -> list[Mode]:
+    body: ElasticBody, material: ElasticMaterial, count: int, held: NDArray[np.bool_] | None = None
+) -> list[NaturalMode]:
     """Return the ``count`` lowest elastic modes.
 
     Parameters
     ----------
     body : ElasticBody
-    material : Material
+    material : ElasticMaterial
     count : int
     held : (3 n,) bool or None
         Degrees of freedom that do not move. Motions of the whole body that are left are left out.
@@ -76,7 +76,7 @@ def modes_of(
         flat = np.zeros(stiffness.shape[0])
         flat[free] = vector
         shape = flat.reshape(-1, 3)
-        modes.append(Mode(math.sqrt(max(value, 0.0)) / math.tau, directions.kind(shape), shape))
+        modes.append(NaturalMode(math.sqrt(max(value, 0.0)) / math.tau, directions.kind(shape), shape))
     return modes
 
 
@@ -97,7 +97,7 @@ def rigid_motions_left(body: ElasticBody, held: NDArray[np.bool_] | None) -> int
     return 6 - int(np.linalg.matrix_rank(at_holds, tol=1e-6 * math.sqrt(len(at_holds))))
 
 
-def _shift(body: ElasticBody, material: Material) -> float:
+def _shift(body: ElasticBody, material: ElasticMaterial) -> float:
     """Return ω² of the shift [1/s²]."""
     wave_mm_s = math.sqrt(material.young_MPa / material.density_t_mm3)
     reach = float(np.linalg.norm(np.ptp(body.places_mm, axis=0)))

@@ -14,7 +14,7 @@ from autobalance.errors import SolidError
 from autobalance.finite_elements.analysis import facet_nodes
 from autobalance.finite_elements.elasticity import (
     ElasticBody,
-    Material,
+    ElasticMaterial,
     TwoLevelSolver,
     nodal_stress_MPa,
     stiffness_and_mass,
@@ -76,7 +76,10 @@ class TwistStiffness:
 
 
 def twist_stiffness(
-    bodies: Iterable[ElasticBody], volume_mm3: float, material: Material, error_share: float | None = None
+    bodies: Iterable[ElasticBody],
+    volume_mm3: float,
+    material: ElasticMaterial,
+    error_share: float | None = None,
 ) -> TwistStiffness:
     """Return the stiffness between the lowest and the highest plane of a body, twisted about z.
 
@@ -90,7 +93,7 @@ def twist_stiffness(
         is looked at.
     volume_mm3 : float
         Of the solid.
-    material : Material
+    material : ElasticMaterial
     error_share : float or None
         Of a mesh as fine, over the stiffness; None: from the last three meshes.
 
@@ -116,7 +119,7 @@ def _error(levels: Sequence[float]) -> float:
     return max(after, min(left, before))
 
 
-def _stiffness(body: ElasticBody, material: Material) -> float:
+def _stiffness(body: ElasticBody, material: ElasticMaterial) -> float:
     places = body.places_mm
     low, high = float(places[:, 2].min()), float(places[:, 2].max())
     ends = [end_nodes(body, z, ON_END * (high - low)) for z in (low, high)]
@@ -176,7 +179,7 @@ class ThrowLoads:
     nodes: int
 
 
-def throw_loads(body: ElasticBody, material: Material, towards: Array) -> ThrowLoads:
+def throw_loads(body: ElasticBody, material: ElasticMaterial, towards: Array) -> ThrowLoads:
     """Return the surface stress of a throw under the same moment all along it, and the same torque.
 
     Bent, its ends stay plane and tilt against each other; twisted, they keep their shape across z and may
@@ -186,7 +189,7 @@ def throw_loads(body: ElasticBody, material: Material, towards: Array) -> ThrowL
     ----------
     body : ElasticBody
         From the middle of the main journal before the throw to that after it.
-    material : Material
+    material : ElasticMaterial
     towards : (2,) float
         Unit vector from the crank axis to the crankpin: the plane of bending.
 
@@ -213,7 +216,7 @@ def throw_loads(body: ElasticBody, material: Material, towards: Array) -> ThrowL
 
 
 def throw_bending_MPa(
-    body: ElasticBody, material: Material, towards: Array, stiffness: csc_matrix | None = None
+    body: ElasticBody, material: ElasticMaterial, towards: Array, stiffness: csc_matrix | None = None
 ) -> Array:
     """Return von Mises' stress (n,) of the nodes on a throw's surface under 1 N·m all along it.
 

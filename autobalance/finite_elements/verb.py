@@ -180,7 +180,7 @@ def fem(
     JobError
         If the analysis is impossible: unknown keys, a box without surface, a body that can still move.
     """
-    from autobalance.finite_elements.analysis import Question, analysed
+    from autobalance.finite_elements.analysis import AnalysisRequest, analysed
     from autobalance.finite_elements.input import fem_of_solid, load_fem, parse_fem
 
     started = time.perf_counter()
@@ -198,7 +198,7 @@ def fem(
     progress = progress or no_progress
     progress("reading the solid", 0.0)
     surface, read = _read(job)
-    question = Question(surface, job.material, job.kind, job.modes, job.size_mm, job.holds, job.loads)
+    question = AnalysisRequest(surface, job.material, job.kind, job.modes, job.size_mm, job.holds, job.loads)
     answer = analysed(question, progress)
     seconds = time.perf_counter() - started
     return FemResult(FemReport(analysis=job.described, input=read, answer=answer, seconds=seconds))

@@ -341,7 +341,7 @@ class Listed:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class MachinedCrank:
     """The crank to machine; solids are in the rotor frame, masses in g."""
 
     name: str
@@ -370,7 +370,7 @@ SLIVER_MM = 0.02
 class Workspace:
     """A part on a machine: the metal still there, in the axes of each set-up."""
 
-    def __init__(self, part: Part, machine: MachineTool) -> None:
+    def __init__(self, part: MachinedCrank, machine: MachineTool) -> None:
         self.machine = machine
         self.zero = zero_of(machine, part.anatomy)
         self.stock = Stock(part.before, part.anatomy)

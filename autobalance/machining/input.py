@@ -344,7 +344,7 @@ class Note:
 
 
 @dataclass(frozen=True)
-class Change:
+class ToolChange:
     """Another tool, its speed, and the height that it comes to first."""
 
     tool: CuttingTool
@@ -371,7 +371,7 @@ class Go:
 
 
 @dataclass(frozen=True)
-class Bore:
+class DrillCycle:
     """A drilling cycle at a place; ``peck_mm`` 0: in one go."""
 
     x: float
@@ -399,4 +399,4 @@ class Retreat:
     safe_mm: float
 
 
-Block = Note | Change | Index | Go | Bore | Unclamp | Clamp | Retreat
+Block = Note | ToolChange | Index | Go | DrillCycle | Unclamp | Clamp | Retreat

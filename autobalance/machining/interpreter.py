@@ -23,7 +23,7 @@ IGNORED_G_CODES = {7.0, 17.0, 21.0, 40.0, 49.0, 54.0, 90.0, 94.0, 98.0}
 
 
 @dataclass(frozen=True)
-class Place:
+class ToolPlace:
     """Place of a tool's tip; None: not known yet. x is as in the word: in a lathe a diameter."""
 
     x: float | None = None
@@ -42,8 +42,8 @@ class Move:
     line: int
     tool: int
     cut: int | None
-    start: Place
-    end: Place
+    start: ToolPlace
+    end: ToolPlace
     rapid: bool
     feed: float
     spinning: bool
@@ -52,7 +52,7 @@ class Move:
 
 @dataclass
 class _State:
-    place: Place = Place()
+    place: ToolPlace = ToolPlace()
     tool: int = 0
     cut: int | None = None
     motion: float = 0.0
@@ -140,7 +140,7 @@ def _machine(state: _State, value: float) -> bool:
     elif value == 5.0:
         state.spinning = False
     elif value == 6.0:
-        state.place = Place(turned_deg=state.place.turned_deg)
+        state.place = ToolPlace(turned_deg=state.place.turned_deg)
     return value in (2.0, 30.0)
 
 
@@ -158,7 +158,7 @@ def _moved(state: _State, values: dict[str, float], number: int) -> Iterator[Mov
     yield _go(state, end, number, state.motion == 0.0)
 
 
-def _go(state: _State, end: Place, number: int, rapid: bool, in_hole: bool = False) -> Move:
+def _go(state: _State, end: ToolPlace, number: int, rapid: bool, in_hole: bool = False) -> Move:
     move = Move(number, state.tool, state.cut, state.place, end, rapid, state.feed, state.spinning, in_hole)
     state.place = end
     return move
@@ -193,7 +193,7 @@ def _cycle(state: _State, values: dict[str, float], number: int) -> Iterator[Mov
 
 
 @dataclass(frozen=True)
-class Step:
+class ToolStep:
     """A round part of tool or holder: its radius, and where it begins and ends over the tip [mm]."""
 
     name: str
@@ -203,15 +203,15 @@ class Step:
     cuts: bool
 
 
-def steps_of(tool: CuttingTool) -> tuple[Step, ...]:
+def steps_of(tool: CuttingTool) -> tuple[ToolStep, ...]:
     """Return the parts of a tool from its tip up: flutes, shank, holder."""
     radius = tool.radius_mm
-    steps = [Step("flute", radius, 0.0, tool.flute_mm + tool.point_mm, True)]
+    steps = [ToolStep("flute", radius, 0.0, tool.flute_mm + tool.point_mm, True)]
     if tool.stick_out_mm > tool.flute_mm + tool.point_mm:
-        steps.append(Step("shank", radius, tool.flute_mm + tool.point_mm, tool.stick_out_mm, False))
+        steps.append(ToolStep("shank", radius, tool.flute_mm + tool.point_mm, tool.stick_out_mm, False))
     at = tool.stick_out_mm
     for diameter, length in tool.holder:
-        steps.append(Step("holder", 0.5 * diameter, at, at + length, False))
+        steps.append(ToolStep("holder", 0.5 * diameter, at, at + length, False))
         at += length
     return tuple(steps)
 

@@ -23,7 +23,7 @@ from autobalance.errors import JobError
 from autobalance.machining.area_moves import (
     SLIVER_MM,
     Listed,
-    Part,
+    MachinedCrank,
     Workspace,
     disc,
     hops,
@@ -33,10 +33,9 @@ from autobalance.machining.area_moves import (
 )
 from autobalance.machining.input import (
     Block,
-    Bore,
-    Change,
     Clamp,
     CuttingTool,
+    DrillCycle,
     Go,
     Index,
     MachineTool,
@@ -44,6 +43,7 @@ from autobalance.machining.input import (
     Note,
     Retreat,
     SetupName,
+    ToolChange,
     Unclamp,
     inverse,
     placement,
@@ -235,7 +235,7 @@ class _Job:
 class Planner:
     """Plans the programs of a part on a machine."""
 
-    def __init__(self, part: Part, machine: MachineTool) -> None:
+    def __init__(self, part: MachinedCrank, machine: MachineTool) -> None:
         self.part, self.machine = part, machine
         self.space = Workspace(part, machine)
 
@@ -277,7 +277,7 @@ class Planner:
             rpm = tool.speed_rpm(self._cutting_diameter(mine), self.machine.spindle.max_rpm)
             setup.tools.append(tool)
             setup.blocks.append(Note(f"tool {number}: {tool_words(tool)}"))
-            setup.blocks.append(Change(tool, rpm, setup.safe_mm))
+            setup.blocks.append(ToolChange(tool, rpm, setup.safe_mm))
             for job in mine:
                 setup.cuts.append((job.cut, tool))
                 setup.blocks.append(Note(cut_words(job.cut)))
@@ -325,7 +325,7 @@ class Planner:
             yield Go(z=setup.safe_mm)
             yield Index(turned)
         yield Go(x=x, y=y)
-        yield Bore(x, y, bottom, min(retract, setup.safe_mm), feed, tool.peck_mm)
+        yield DrillCycle(x, y, bottom, min(retract, setup.safe_mm), feed, tool.peck_mm)
 
     def _retract_mm(
         self, tool: CuttingTool, pose: Array, entry: tuple[float, float, float], bottom: float

@@ -11,14 +11,14 @@ from typing import ClassVar
 from autobalance.errors import JobError
 from autobalance.machining.input import (
     Block,
-    Bore,
-    Change,
     Clamp,
+    DrillCycle,
     Go,
     Index,
     MachineTool,
     Note,
     Retreat,
+    ToolChange,
     Unclamp,
 )
 
@@ -94,7 +94,7 @@ class Post(ABC):
         letter = "A" if self.machine.rotary is None else self.machine.rotary.letter
         if isinstance(block, Note):
             yield from self.comment(block.text)
-        elif isinstance(block, Change):
+        elif isinstance(block, ToolChange):
             yield from self.change(block)
         elif isinstance(block, Index):
             yield from self.lines(Unclamp())
@@ -110,12 +110,12 @@ class Post(ABC):
             words = [word(key, value) for key, value in pairs if value is not None]
             tail = [] if block.feed is None else [word("F", block.feed)]
             yield " ".join(["G0" if block.feed is None else "G1", *words, *tail])
-        elif isinstance(block, Bore):
+        elif isinstance(block, DrillCycle):
             yield from self.bore(block)
         else:
             yield from self.retreat(block)
 
-    def change(self, block: Change) -> Iterator[str]:
+    def change(self, block: ToolChange) -> Iterator[str]:
         """Yield the lines of a tool change; spindle and coolant run before the approach."""
         number = block.tool.number
         yield f"T{number} M6"
@@ -125,7 +125,7 @@ class Post(ABC):
         axis = "X" if self.lathe else "Z"
         yield f"G0 G43 H{number} {word(axis, block.safe_mm)}"
 
-    def bore(self, block: Bore) -> Iterator[str]:
+    def bore(self, block: DrillCycle) -> Iterator[str]:
         """Yield a drilling cycle, and its end."""
         place = f"{word('X', block.x)} {word('Y', block.y)}"
         ends = f"{word('Z', block.bottom)} {word('R', block.retract)}"

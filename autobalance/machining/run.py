@@ -9,7 +9,7 @@ import numpy as np
 
 from autobalance.correction.machining import HoleOperation
 from autobalance.errors import JobError, SolidError
-from autobalance.machining.area_moves import Listed, Part, Stock
+from autobalance.machining.area_moves import Listed, MachinedCrank, Stock
 from autobalance.machining.input import CLAMPING_TEXTS, CuttingTool, MachineTool, NcZero, SetupName
 from autobalance.machining.interpreter import Move, length_mm, read_program
 from autobalance.machining.planner import NcPlan, Planner, Setup, tool_words
@@ -57,7 +57,7 @@ class NcRun:
     ``left_mm3`` are the metal that is missing, or still there, compared with the corrected solid.
     """
 
-    part: Part
+    part: MachinedCrank
     machine: MachineTool
     plan: NcPlan
     programs: tuple[Program, ...]
@@ -82,7 +82,7 @@ class NcRun:
         return not self.plan.not_programmed and self.used_share <= 1.0
 
 
-def nc_run(part: Part, machine: MachineTool, progress: Notify = lambda _: None) -> NcRun:
+def nc_run(part: MachinedCrank, machine: MachineTool, progress: Notify = lambda _: None) -> NcRun:
     """Return the programs of a part on a machine, as simulated from their own text.
 
     Raises
@@ -115,7 +115,7 @@ def nc_run(part: Part, machine: MachineTool, progress: Notify = lambda _: None) 
     return simulated(part, machine, plan, programs)
 
 
-def head(part: Part, machine: MachineTool, plan: NcPlan, setup: Setup) -> list[str]:
+def head(part: MachinedCrank, machine: MachineTool, plan: NcPlan, setup: Setup) -> list[str]:
     """Return the comments that a program begins with."""
     zero = plan.zero
     return [
@@ -133,7 +133,7 @@ def head(part: Part, machine: MachineTool, plan: NcPlan, setup: Setup) -> list[s
     ]
 
 
-def simulated(part: Part, machine: MachineTool, plan: NcPlan, programs: Sequence[Program]) -> NcRun:
+def simulated(part: MachinedCrank, machine: MachineTool, plan: NcPlan, programs: Sequence[Program]) -> NcRun:
     """Return the effect of programs on a part, from their text alone.
 
     Raises
@@ -186,7 +186,7 @@ def simulated(part: Part, machine: MachineTool, plan: NcPlan, programs: Sequence
 
 
 def _refuse_missing(
-    part: Part, programs: Sequence[Program], simulation: Simulation, planned_mm3: dict[int, Moments]
+    part: MachinedCrank, programs: Sequence[Program], simulation: Simulation, planned_mm3: dict[int, Moments]
 ) -> None:
     """Refuse programs that leave much of a cut standing.
 
@@ -210,7 +210,7 @@ def _refuse_missing(
                 )
 
 
-def planned(part: Part, cut: Listed) -> Moments:
+def planned(part: MachinedCrank, cut: Listed) -> Moments:
     """Return the moments (density 1) of what a cut should take of the solid that is simulated."""
     operation = cut.operation
     if operation is None or isinstance(operation, str):
@@ -218,7 +218,7 @@ def planned(part: Part, cut: Listed) -> Moments:
     return (part.before & operation_body(operation)).moments(1.0)
 
 
-def differences(part: Part, plan: NcPlan, simulation: Simulation) -> tuple[float, float]:
+def differences(part: MachinedCrank, plan: NcPlan, simulation: Simulation) -> tuple[float, float]:
     """Return the metal that is missing of the corrected solid, and what of the plan is still there [mm³].
 
     What no program touches is as it was: only what tools took, and what they should take, is looked at.

@@ -17,7 +17,7 @@ from autobalance.correction.rings import EQUAL_AREA as RING_EQUAL_AREA
 from autobalance.errors import FormatError
 from autobalance.machining.area_moves import CIRCUMSCRIBED_RATIO, SIDES, Stock
 from autobalance.machining.input import CuttingTool, MachineTool, NcZero, SetupName, placement
-from autobalance.machining.interpreter import Move, Place, Step, steps_of, widest_mm
+from autobalance.machining.interpreter import Move, ToolPlace, ToolStep, steps_of, widest_mm
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import equal_area
@@ -315,7 +315,7 @@ class Simulator:
         bottom: float,
         move: Move,
         tool: CuttingTool,
-        step: Step,
+        step: ToolStep,
         pose: Array,
         along: bool = False,
     ) -> bool:
@@ -329,7 +329,7 @@ class Simulator:
         return True
 
     def _collides(
-        self, move: Move, tool: CuttingTool, step: Step, part: str, deep: float, along: bool = False
+        self, move: Move, tool: CuttingTool, step: ToolStep, part: str, deep: float, along: bool = False
     ) -> None:
         self.found.collisions.append(
             Collision(move.cut, tool.number, step.name, part, deep, move.line, move.rapid, along)
@@ -377,7 +377,7 @@ def _segments(move: Move) -> list[tuple[float, Array]]:
     ] + [(float(end[2]), np.stack([end[:2], end[:2]]))]
 
 
-def _point(place: Place, other: Place) -> Array:
+def _point(place: ToolPlace, other: ToolPlace) -> Array:
     """Return a place as an array (3,); a coordinate that is not known is that of the move's end."""
     pairs = ((place.x, other.x), (place.y, other.y), (place.z, other.z))
     if any(value is None and else_ is None for value, else_ in pairs):

@@ -15,7 +15,7 @@ from autobalance.verbs.result import VerbResult
 
 if TYPE_CHECKING:
     from autobalance.machining.answer import NcReport
-    from autobalance.machining.area_moves import Part
+    from autobalance.machining.area_moves import MachinedCrank
     from autobalance.machining.run import NcRun
 
 LEFT_OUT = 4
@@ -117,7 +117,7 @@ def nc(
     return NcResult(nc_report(run), run)
 
 
-def verified_part(path: Path) -> Part:
+def verified_part(path: Path) -> MachinedCrank:
     """Return the cuts of a report as a part to machine, after all its claims were checked.
 
     Raises
@@ -125,7 +125,7 @@ def verified_part(path: Path) -> Part:
     ClaimError
         If one does not hold.
     """
-    from autobalance.machining.area_moves import Part, listed
+    from autobalance.machining.area_moves import MachinedCrank, listed
     from autobalance.report.balance.values import report as as_report
     from autobalance.report.balance.values import schema
     from autobalance.verification import premises, solids
@@ -141,7 +141,7 @@ def verified_part(path: Path) -> Part:
     before = solids.source_before(claims, path.parent, job, files)
     left = solids.measured_files(claims, path.parent, job, frame, files)
     data = path.read_bytes()
-    return Part(
+    return MachinedCrank(
         name=Path(claims.get("input.file", str)).name,
         report=path,
         sha256=hashlib.sha256(data).hexdigest(),

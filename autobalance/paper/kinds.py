@@ -8,10 +8,10 @@ from autobalance.report.output_kinds import OutputKind
 from autobalance.report.reportlab_alone import load_reportlab
 
 if TYPE_CHECKING:
-    from autobalance.report.material import Material
+    from autobalance.report.material import FileMaterial
 
 
-def _sheet(material: Material) -> dict[str, bytes]:
+def _sheet(material: FileMaterial) -> dict[str, bytes]:
     load_reportlab()
     from autobalance.paper.sheet import pdf
 
@@ -23,7 +23,7 @@ def _sheet(material: Material) -> dict[str, bytes]:
     }
 
 
-def _certificate(material: Material) -> dict[str, bytes]:
+def _certificate(material: FileMaterial) -> dict[str, bytes]:
     load_reportlab()
     from autobalance.paper.certificate import certificate
 
@@ -36,7 +36,7 @@ def _certificate(material: Material) -> dict[str, bytes]:
     }
 
 
-def _card(material: Material) -> dict[str, bytes]:
+def _card(material: FileMaterial) -> dict[str, bytes]:
     load_reportlab()
     from autobalance.paper.bob_card import bob_card
 
@@ -44,13 +44,13 @@ def _card(material: Material) -> dict[str, bytes]:
     return {"card": bob_card(material.balanced, choice.paper, choice.units, choice.date)}
 
 
-def _hole_list(material: Material) -> dict[str, bytes]:
+def _hole_list(material: FileMaterial) -> dict[str, bytes]:
     from autobalance.paper.sheet import hole_list
 
     return {"csv": hole_list(material.balanced, material.choice.units)}
 
 
-def _workbook(material: Material) -> dict[str, bytes]:
+def _workbook(material: FileMaterial) -> dict[str, bytes]:
     from autobalance.paper.workbook import xlsx
 
     material.notify("writing the workbook")
@@ -63,7 +63,7 @@ def _require_ezdxf() -> None:
     require_ezdxf()
 
 
-def _drawing(material: Material) -> dict[str, bytes]:
+def _drawing(material: FileMaterial) -> dict[str, bytes]:
     from autobalance.paper.dxf import dxf
 
     return {"dxf": dxf(material.balanced, material.drawings, material.choice.units, material.choice.zero)}

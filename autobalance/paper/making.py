@@ -10,7 +10,7 @@ from reportlab.platypus import Flowable
 
 from autobalance.paper.cuts import Column, table
 from autobalance.paper.pen import INK, RULE, SMALLEST_PT, Pen, fitted, lines_of, safe
-from autobalance.paper.rim_strips import Cheek
+from autobalance.paper.rim_strips import WebSide
 from autobalance.report.balance import kinds
 from autobalance.report.balance.zero import Zero
 from autobalance.report.display_units import DisplayUnits
@@ -47,7 +47,7 @@ class Making:
     left: str
 
 
-def makings(items: Sequence[Cut], zero: Zero, cheeks: Mapping[int, Cheek], u: DisplayUnits) -> list[Making]:
+def makings(items: Sequence[Cut], zero: Zero, cheeks: Mapping[int, WebSide], u: DisplayUnits) -> list[Making]:
     """Return the instructions, one for holes that are equal and evenly spaced."""
     return [_making(run, zero, cheeks, u) for run in _runs(items, zero, u)]
 
@@ -91,7 +91,7 @@ def _step(group: Sequence[Cut], place: int) -> float:
     return (group[place].angle_deg - group[place - 1].angle_deg) % 360.0
 
 
-def _making(run: Sequence[Cut], zero: Zero, cheeks: Mapping[int, Cheek], u: DisplayUnits) -> Making:
+def _making(run: Sequence[Cut], zero: Zero, cheeks: Mapping[int, WebSide], u: DisplayUnits) -> Making:
     item = run[0]
     cheek = next((cheeks[web] for web in item.all_webs if web in cheeks), None)
     z = NO_VALUE if cheek is None else f"{u.mm(abs(item.position_mm[2] - cheek.z_mm))} {cheek.letter}"

@@ -267,7 +267,7 @@ MOVED_MM = 0.05
 
 
 @dataclass(frozen=True)
-class Cheek:
+class WebSide:
     """A plane side of a web: its letter, its z in the rotor frame, and whether it looks along +z."""
 
     letter: str
@@ -280,11 +280,11 @@ class Cheek:
         return f"{'+z' if self.looks_up else '-z'} cheek of web {self.web}"
 
 
-def cheeks(report: BalancedReport) -> dict[int, Cheek]:
+def cheeks(report: BalancedReport) -> dict[int, WebSide]:
     """Return by web the cheek nearest to its cuts, one that no cut moves if there is one."""
     cuts = [*report.corrections, *report.earlier_corrections]
     moved = [abs(cut.new_face.face_height_mm) for cut in cuts if cut.new_face is not None]
-    cheeks_by_web: dict[int, Cheek] = {}
+    cheeks_by_web: dict[int, WebSide] = {}
     for web in report.crank.webs:
         number = web.number
         own = [item for item in report.corrections if number in item.all_webs]
@@ -293,7 +293,7 @@ def cheeks(report: BalancedReport) -> dict[int, Cheek]:
         ends = [(web.z_min_mm, False), (web.z_max_mm, True)]
         left = [end for end in ends if all(abs(abs(end[0]) - height) > MOVED_MM for height in moved)]
         z, looks_up = min(left or ends, key=lambda end: _away(own, end[0]))
-        cheeks_by_web[number] = Cheek(_letter(len(cheeks_by_web)), number, z, looks_up)
+        cheeks_by_web[number] = WebSide(_letter(len(cheeks_by_web)), number, z, looks_up)
     return cheeks_by_web
 
 

@@ -21,7 +21,7 @@ from autobalance.paper.pen import (
     width_mm,
 )
 from autobalance.paper.plates import scale_for
-from autobalance.paper.rim_strips import Cheek
+from autobalance.paper.rim_strips import WebSide
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.records.balanced import Cut
 from autobalance.types import Array
@@ -50,7 +50,7 @@ class SectionView:
 
     def __init__(
         self, title: str, section: SectionDrawing, items: Sequence[Cut], labels: Sequence[str],
-        u: DisplayUnits, wide_mm: float, room_mm: float, cheek: Cheek | None = None,
+        u: DisplayUnits, wide_mm: float, room_mm: float, cheek: WebSide | None = None,
     ) -> None:  # fmt: skip
         self.title, self.section, self.u, self.wide_mm, self.cheek = title, section, u, wide_mm, cheek
         pairs = [(i, text) for i, text in zip(items, labels, strict=True) if i.number in section.cuts]

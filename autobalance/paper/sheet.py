@@ -25,7 +25,7 @@ from autobalance.paper.drawing import Drawings, SectionDrawing
 from autobalance.paper.making import making_table
 from autobalance.paper.pen import POINTS_PER_MM, SMALLEST_PT
 from autobalance.paper.plates import plates
-from autobalance.paper.rim_strips import Cheek, cheeks
+from autobalance.paper.rim_strips import WebSide, cheeks
 from autobalance.paper.template_view import template_rows
 from autobalance.paper.tolerances import Tolerances, held, held_words, tolerances
 from autobalance.paper.web_view import PlateView, WholeCrank
@@ -62,7 +62,7 @@ ALIKE_MM = 0.05
 """Difference of diameters below which holes look equal."""
 
 
-def set_up(report: BalancedReport, u: DisplayUnits, zero: Zero, cheeks: Mapping[int, Cheek]) -> list[str]:
+def set_up(report: BalancedReport, u: DisplayUnits, zero: Zero, cheeks: Mapping[int, WebSide]) -> list[str]:
     """Return the set-up, a sentence or two a line."""
     return [
         _ends(report),
@@ -116,7 +116,7 @@ def _hole_words(report: BalancedReport, angle_deg: float, u: DisplayUnits) -> st
     return f"flange's hole H ({size}{among})"
 
 
-def _datums(report: BalancedReport, cheeks: Iterable[Cheek], u: DisplayUnits) -> str:
+def _datums(report: BalancedReport, cheeks: Iterable[WebSide], u: DisplayUnits) -> str:
     face = z_datum_face(report)
     face_f = "" if face is None else f", face F is the {face.name} (z {u.mm(face.z_mm)})"
     listed = ", ".join(f"{each.letter} {each.name} (z {u.mm(each.z_mm)})" for each in cheeks)

@@ -66,7 +66,7 @@ def tolerances(report: BalancedReport) -> Tolerances | None:
 
 
 @dataclass(frozen=True)
-class Held:
+class HeldAccuracy:
     """Effect of usual workshop accuracies: the error of the resultant from independent errors.
 
     ``left_g_mm`` is the unused permissible value of the resultant, ``share`` the largest share of the unused
@@ -78,7 +78,7 @@ class Held:
     share: float
 
 
-def held(report: BalancedReport) -> Held | None:
+def held(report: BalancedReport) -> HeldAccuracy | None:
     """Return the effect of usual accuracies; None without cuts."""
     items: Sequence[Cut] = report.corrections
     if not items:
@@ -89,7 +89,7 @@ def held(report: BalancedReport) -> Held | None:
     off = np.sqrt((effects**2).sum(axis=0))
     room = np.array([left["resultant"], *(left[plane.name] for plane in planes)])
     share = float((off / room).max()) if room.min() > 0.0 else math.inf
-    return Held(float(off[0]), left["resultant"], share)
+    return HeldAccuracy(float(off[0]), left["resultant"], share)
 
 
 def _left_g_mm(report: BalancedReport) -> dict[str, float]:
@@ -178,7 +178,7 @@ FITS = (
 
 
 @dataclass(frozen=True)
-class Fit:
+class PressFit:
     """A press fit: its name, limits of bore and slug [mm]."""
 
     name: str
@@ -186,7 +186,7 @@ class Fit:
     slug_mm: tuple[float, float]
 
 
-def press_fit(diameter_mm: float) -> Fit:
+def press_fit(diameter_mm: float) -> PressFit:
     """Return the medium press fit H7/s6 of a diameter.
 
     References
@@ -201,7 +201,7 @@ def press_fit(diameter_mm: float) -> Fit:
     """
     row = next((row for row in FITS if diameter_mm <= row[0]), FITS[-1])
     bore, low, high = (value / 1000.0 for value in row[1:])
-    return Fit("H7/s6", (diameter_mm, diameter_mm + bore), (diameter_mm + low, diameter_mm + high))
+    return PressFit("H7/s6", (diameter_mm, diameter_mm + bore), (diameter_mm + low, diameter_mm + high))
 
 
 def retention(item: Cut) -> str:
@@ -221,7 +221,7 @@ READING_ADVICE_SHARE = 0.5
 """Share of the remaining permissible value above which a reading is advised after machining."""
 
 
-def held_words(held: Held, u: DisplayUnits) -> str:
+def held_words(held: HeldAccuracy, u: DisplayUnits) -> str:
     """Return the usual workshop accuracies, and the error of the resultant that they allow."""
     keys = ("position_mm", "depth_mm", "diameter_mm")
     position, depth, diameter = (_usual(USUAL_ACCURACY[key], u) for key in keys)

@@ -172,11 +172,11 @@ def _drawn(values: Values, solid: Solid, frame: Any, choice: Choice) -> dict[str
     from autobalance.paper.drawing import drawn, listed_metal
     from autobalance.report.balance.values import showable
     from autobalance.report.bundle import bundle
-    from autobalance.report.material import Material
+    from autobalance.report.material import FileMaterial
     from autobalance.report.records.balanced import BalancedReport
 
     shown = showable(values)
     report, left = BalancedReport.read(shown), solid.moved(frame)
     outlines = drawn(report, left.mesh, listed_metal(report, left))
-    files = bundle(Material(shown, choice, left, None, (), lambda _: None, outlines))
+    files = bundle(FileMaterial(shown, choice, left, None, (), lambda _: None, outlines))
     return {kind: data for kind, (_, data) in files.items()}

@@ -28,7 +28,7 @@ from autobalance.paper.pen import (
     shortened,
 )
 from autobalance.paper.plates import Plate, scale_for
-from autobalance.paper.rim_strips import Cheek
+from autobalance.paper.rim_strips import WebSide
 from autobalance.paper.section_view import SectionView
 from autobalance.report.balance import kinds
 from autobalance.report.balance.zero import Zero
@@ -229,8 +229,8 @@ class PlateView(Flowable):  # type: ignore[misc]
     """A plate with its cuts; rows that do not fit beside its view are in ``below``."""
 
     def __init__(
-        self, report: BalancedReport, plate: Plate, zero: Zero, cheeks: Mapping[int, Cheek], u: DisplayUnits,
-        wide_mm: float, room_mm: float, page_mm: float,
+        self, report: BalancedReport, plate: Plate, zero: Zero, cheeks: Mapping[int, WebSide],
+        u: DisplayUnits, wide_mm: float, room_mm: float, page_mm: float,
     ) -> None:  # fmt: skip
         super().__init__()
         self.report, self.plate, self.zero, self.cheeks, self.u = report, plate, zero, cheeks, u

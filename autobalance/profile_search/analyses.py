@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.errors import SolidError
-from autobalance.profile_search.candidates import Candidate, SearchResult, completed, front, least_violated
+from autobalance.profile_search.candidates import JudgedDesign, SearchResult, completed, front, least_violated
 from autobalance.profile_search.input import DEFAULT_ANALYSES
 from autobalance.profile_search.problem import Problem
 from autobalance.profile_search.strength import Analysed
@@ -63,7 +63,7 @@ SAME_PLACE = 1e-3
 
 
 def analysed_next(
-    findings: SearchResult, rows: Sequence[Candidate], number: int, workers: Workers
+    findings: SearchResult, rows: Sequence[JudgedDesign], number: int, workers: Workers
 ) -> tuple[Analysed, ...]:
     """Return finite-element results of the most uncertain designs of a generation.
 
@@ -100,7 +100,7 @@ def _far_apart(rows: Sequence[Array], count: int, bounds: Array) -> list[Array]:
     return [rows[number] for number in chosen]
 
 
-def _least_known(findings: SearchResult, rows: Sequence[Candidate], count: int) -> list[Array]:
+def _least_known(findings: SearchResult, rows: Sequence[JudgedDesign], count: int) -> list[Array]:
     """Return at most ``count`` designs far from all analysed ones: those of the front first, then others."""
     model = findings.problem.model
     rows_known = [completed(findings.problem, each) for each in rows]

@@ -24,7 +24,7 @@ from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
+class JudgedDesign:
     """A judged design: variables (v,) with the balance met, objectives (k,) to be least, and violation.
 
     ``violation`` counts all limits, ``by_geometry`` only those that need no finite elements.
@@ -44,13 +44,13 @@ class SearchResult:
     ----------
     problem : Problem
         With the last model of strengths.
-    candidates : sequence of Candidate
+    candidates : sequence of JudgedDesign
     analysed : sequence of Analysed
         Designs analysed by finite elements.
     """
 
     problem: Problem
-    candidates: tuple[Candidate, ...]
+    candidates: tuple[JudgedDesign, ...]
     analysed: tuple[Analysed, ...] = ()
 
     def with_known(self, analysed: Sequence[Analysed]) -> SearchResult:
@@ -67,17 +67,17 @@ def objective_values(problem: Problem, moments: Moments, variables: Array) -> Ar
     return np.array([sign * values[name] for name, sign in problem.signed_objectives])
 
 
-def judged(problem: Problem, variables: Array) -> Candidate:
+def judged(problem: Problem, variables: Array) -> JudgedDesign:
     """Return the design with its balance solved for, judged by the moments of its profiles."""
     solved = problem.solved(variables)
     moments = problem.moments(solved)[0]
     constraints, _ = problem.constraints(solved, moments, problem.residual(moments), exact=False)
     broken = violation(constraints)
     every = broken + violation(problem.predicted_limits(solved))
-    return Candidate(solved, objective_values(problem, moments, solved), every, broken)
+    return JudgedDesign(solved, objective_values(problem, moments, solved), every, broken)
 
 
-def completed(problem: Problem, candidate: Candidate) -> Candidate:
+def completed(problem: Problem, candidate: JudgedDesign) -> JudgedDesign:
     """Return a candidate with its strengths predicted by the model; unchanged without a model."""
     if problem.model is None:
         return candidate
@@ -89,7 +89,7 @@ def completed(problem: Problem, candidate: Candidate) -> Candidate:
     return replace(candidate, objectives=values, violation=broken)
 
 
-def front(candidates: Sequence[Candidate]) -> list[int]:
+def front(candidates: Sequence[JudgedDesign]) -> list[int]:
     """Return the indices of the Pareto-optimal designs, of equal ones the first only."""
     values = np.stack([each.objectives for each in candidates])
     kept: list[int] = []
@@ -101,7 +101,7 @@ def front(candidates: Sequence[Candidate]) -> list[int]:
     return kept
 
 
-def spread_over(candidates: Sequence[Candidate], numbers: Sequence[int], count: int) -> list[int]:
+def spread_over(candidates: Sequence[JudgedDesign], numbers: Sequence[int], count: int) -> list[int]:
     """Return at most ``count`` designs of a front: the best in each objective, then the most isolated."""
     values = np.stack([candidates[number].objectives for number in numbers])
     reach = np.maximum(np.ptp(values, axis=0), 1e-300)
@@ -114,7 +114,7 @@ def spread_over(candidates: Sequence[Candidate], numbers: Sequence[int], count: 
     return [numbers[place] for place in sorted(chosen)]
 
 
-def least_violated(candidates: Sequence[Candidate]) -> Iterator[Candidate]:
+def least_violated(candidates: Sequence[JudgedDesign]) -> Iterator[JudgedDesign]:
     yield from sorted(candidates, key=lambda each: (each.violation, *each.objectives))
 
 
@@ -133,7 +133,7 @@ LIMITED_PLACE_SPACING = 2
 """Spacing of the outline's places that the descent keeps within limits one by one."""
 
 
-def refined(problem: Problem, candidate: Candidate, objective: int) -> Candidate:
+def refined(problem: Problem, candidate: JudgedDesign, objective: int) -> JudgedDesign:
     """Return a design improved in one objective by gradients with its balance kept; unchanged if it fails."""
     name, _ = problem.signed_objectives[objective]
     if name not in COLUMNS:
@@ -143,7 +143,7 @@ def refined(problem: Problem, candidate: Candidate, objective: int) -> Candidate
     return refined_sum(problem, candidate, weights)
 
 
-def refined_sum(problem: Problem, candidate: Candidate, weights: Array) -> Candidate:
+def refined_sum(problem: Problem, candidate: JudgedDesign, weights: Array) -> JudgedDesign:
     """Return a design improved in a weighted sum of objectives, with weights (k,) of masses and inertias."""
     pull = pull_of(problem, weights)
     for _ in range(RESTARTS):
@@ -374,7 +374,7 @@ class _Tried:
 
     def write_least_violated(self) -> None:
         """Write the least violated design that can be written."""
-        order: list[Candidate] = list(least_violated(self.found.candidates))
+        order: list[JudgedDesign] = list(least_violated(self.found.candidates))
         places = {id(each): number for number, each in enumerate(self.found.candidates)}
         for candidate in order[:TRIED_MOST]:
             self.write([places[id(candidate)]])

@@ -12,7 +12,7 @@ from autobalance.balancing.measured import Crank
 from autobalance.declare import UNWRITTEN, NotNegative, Triple
 from autobalance.errors import JobError
 from autobalance.profile_search.free_metal import FreeMetal
-from autobalance.profile_search.input import DesignJob, Envelope
+from autobalance.profile_search.input import DesignJob, SpaceEnvelope
 from autobalance.profile_search.neighbours import (
     DesignClearance,
     Neighbour,
@@ -78,7 +78,7 @@ def violation(constraints: Sequence[DesignConstraint]) -> float:
     return float(sum(max(-each.margin / each.scale, 0.0) for each in constraints))
 
 
-def of_profile(free: FreeMetal, k: int, amounts: Amounts, envelope: Envelope) -> list[DesignConstraint]:
+def of_profile(free: FreeMetal, k: int, amounts: Amounts, envelope: SpaceEnvelope) -> list[DesignConstraint]:
     """Return the constraints of part ``k``: those of the envelope and its own."""
     return [
         *_of_envelope(free, k, amounts, envelope),
@@ -95,7 +95,9 @@ def _placed(free: FreeMetal, k: int, amounts: Amounts, point: Array) -> tuple[fl
     return float(x), float(y), 0.5 * (low + high)
 
 
-def _of_envelope(free: FreeMetal, k: int, amounts: Amounts, envelope: Envelope) -> list[DesignConstraint]:
+def _of_envelope(
+    free: FreeMetal, k: int, amounts: Amounts, envelope: SpaceEnvelope
+) -> list[DesignConstraint]:
     constraints, name = [], free.parts[k].name
     outline = free.profiles[k].outline_mm(amounts.radii_mm[k])
     far = np.linalg.norm(outline, axis=1)

@@ -50,7 +50,7 @@ START_TABLES = ("crankshaft", "engine", "original", "balance", "cycle")
 
 
 @dataclass(frozen=True)
-class Hole:
+class LighteningHole:
     """A lightening hole through free metal."""
 
     centre_mm: Annotated[Pair, "centre in the web's own axes, from its crankpin"]
@@ -58,7 +58,7 @@ class Hole:
 
 
 @dataclass(frozen=True)
-class Drilling:
+class OilDrilling:
     """``[[drilling]]``: an oil drilling that is kept open through free metal, rotor frame."""
 
     from_mm: Annotated[Point, "one end"]
@@ -89,7 +89,7 @@ class FreePart:
     )
     draft_rad: Annotated[float, DEGREES, DRAFT, "draft of its sides, for a forging"] = 0.0
     corner_radius_mm: Annotated[float, NOT_NEGATIVE, "radius of the edges between sides and faces"] = 0.0
-    holes: Annotated[tuple[Hole, ...], "lightening holes through it"] = ()
+    holes: Annotated[tuple[LighteningHole, ...], "lightening holes through it"] = ()
     held_points: Annotated[
         tuple[tuple[int, float], ...], "points, from 1, and the radius [mm] they keep"
     ] = ()
@@ -132,7 +132,7 @@ class ShaftRoom:
 
 
 @dataclass(frozen=True)
-class Envelope:
+class SpaceEnvelope:
     """``[envelope]``: limits of space for free metal."""
 
     radius_mm: Annotated[float | None, POSITIVE, "crankcase about the axis"] = None
@@ -188,12 +188,12 @@ DESIGN_KEYS = (
     Key(
         "drilling",
         says="oil drillings that are kept open, rotor frame",
-        keys=keys_of(Drilling),
+        keys=keys_of(OilDrilling),
         many=True,
         default=(),
     ),
     Key("target", says="limits that the design must keep", keys=keys_of(Target), default=FILLED),
-    Key("envelope", says="limits of free metal", keys=keys_of(Envelope), default=FILLED),
+    Key("envelope", says="limits of free metal", keys=keys_of(SpaceEnvelope), default=FILLED),
     Key("fem", says="limits on results of finite elements", keys=keys_of(FemLimits), default=None),
     Key("search", says="settings of the search", keys=keys_of(SearchOptions), default=FILLED),
 )
@@ -216,11 +216,11 @@ class DesignJob:
     parts: tuple[FreePart, ...]
     polar_inertia_kg_mm2: Pair | None
     mass_g: Pair | None
-    envelope: Envelope
+    envelope: SpaceEnvelope
     fem: FemLimits | None
     search: SearchOptions
     raw: Mapping[str, Any] = field(default_factory=dict)
-    drillings: tuple[Drilling, ...] = ()
+    drillings: tuple[OilDrilling, ...] = ()
 
 
 def load_design(path: Path) -> DesignJob:
@@ -265,10 +265,10 @@ def parse_design(raw: Mapping[str, Any], path: Path) -> DesignJob:
     )
 
 
-def _drilling(values: Values, where: str) -> Drilling:
+def _drilling(values: Values, where: str) -> OilDrilling:
     if values["from_mm"] == values["to_mm"]:
         raise JobError(f"{where}.to_mm is {list(values['to_mm'])}, which is from_mm; they must differ")
-    return made(Drilling, values)
+    return made(OilDrilling, values)
 
 
 def _part(values: Values, where: str) -> FreePart:
@@ -314,12 +314,12 @@ def _range(values: Values, where: str, key: str) -> Any:
     return bounds
 
 
-def _envelope(values: Values) -> Envelope:
+def _envelope(values: Values) -> SpaceEnvelope:
     _range(values, "envelope", "z_mm")
     for name in ("piston", "rod", "shaft"):
         for place, each in enumerate(values[name], 1):
             _range(each, f"envelope.{name}[{place}]", "z_mm")
-    envelope = made(Envelope, values)
+    envelope = made(SpaceEnvelope, values)
     for place, shaft in enumerate(envelope.shafts, 1):
         where = f"envelope.shaft[{place}]"
         if (shaft.outline_mm is None) == (shaft.radius_mm is None):

@@ -216,7 +216,7 @@ def _most_mm(problem: Problem, part: int) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class _Table:
+class _EffectTable:
     """Effects (r, l, 6) of each ray of a part at each radius (r, l); a symmetric part's half has both rays'.
 
     Effects: Uₓ, U_y, Pₓ, P_y, mass and polar inertia, as `Problem.moments` has them.
@@ -227,7 +227,7 @@ class _Table:
     mirrored: bool
 
 
-def _effects(problem: Problem, part: int, most_mm: Array, thickness_mm: float) -> _Table:
+def _effects(problem: Problem, part: int, most_mm: Array, thickness_mm: float) -> _EffectTable:
     free = problem.free
     hold = free.profiles[part].hold_radius_mm
     low = max(float(free.bounds_mm[part][:, 0].min()), hold)
@@ -246,12 +246,14 @@ def _effects(problem: Problem, part: int, most_mm: Array, thickness_mm: float) -
         effects[:, :, 4] += area
         effects[:, :, 5] += polar
     if not free.parts[part].symmetric:
-        return _Table(radii, effects, mirrored=False)
+        return _EffectTable(radii, effects, mirrored=False)
     half = RAYS // 2
-    return _Table(radii[:half], effects[:half] + effects[::-1][:half], mirrored=True)
+    return _EffectTable(radii[:half], effects[:half] + effects[::-1][:half], mirrored=True)
 
 
-def _best(problem: Problem, tables: Sequence[_Table], pull: Array) -> tuple[list[Array], float, Array] | None:
+def _best(
+    problem: Problem, tables: Sequence[_EffectTable], pull: Array
+) -> tuple[list[Array], float, Array] | None:
     """Return the cheapest radii (RAYS,) of each part that meet balance and ranges, cost and effects (6,).
 
     The cost is by ``pull`` (6,); None: nothing meets them.

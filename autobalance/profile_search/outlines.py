@@ -11,7 +11,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from autobalance.errors import JobError
-from autobalance.profile_search.input import Hole
+from autobalance.profile_search.input import LighteningHole
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
@@ -340,13 +340,13 @@ class FreeBody:
         Length that draft takes off the control radii for each millimetre.
     corner_radius_mm : float
         Of the corners where the spline meets the sector's edges; 0: sharp.
-    holes : sequence of Hole
+    holes : sequence of LighteningHole
     """
 
     profile: Profile
     slope: float = 0.0
     corner_radius_mm: float = 0.0
-    holes: Sequence[Hole] = ()
+    holes: Sequence[LighteningHole] = ()
 
     @cached_property
     def _holes_region(self) -> Region:

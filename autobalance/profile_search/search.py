@@ -16,7 +16,7 @@ import numpy as np
 from autobalance.declare import NotNegative
 from autobalance.errors import FileError, file_errors
 from autobalance.profile_search.analyses import analysed_next, each_done, problem_of
-from autobalance.profile_search.candidates import Candidate, SearchResult, completed, judged, refined_sum
+from autobalance.profile_search.candidates import JudgedDesign, SearchResult, completed, judged, refined_sum
 from autobalance.profile_search.envelope import Violation
 from autobalance.profile_search.level_sets import CLOSENESS_STEPS, Closeness, LevelSet, begun, level_sets
 from autobalance.profile_search.problem import Problem
@@ -48,7 +48,7 @@ class Generation:
 
     number: int
     asked: Array
-    candidates: tuple[Candidate, ...]
+    candidates: tuple[JudgedDesign, ...]
     analysed: tuple[Analysed, ...] = ()
 
     def line(self) -> dict[str, Any]:
@@ -66,7 +66,7 @@ class Generation:
     @classmethod
     def of_line(cls, line: dict[str, Any]) -> Generation:
         rows = zip(line["variables"], line["objectives"], line["violations"], strict=True)
-        candidates = tuple(Candidate(np.array(v), np.array(o), float(b), float(b)) for v, o, b in rows)
+        candidates = tuple(JudgedDesign(np.array(v), np.array(o), float(b), float(b)) for v, o, b in rows)
         analysed = []
         for each in line.get("analysed", ()):
             variables = each.pop("variables")
@@ -166,19 +166,19 @@ def _ways_to_begin(
             yield close, gathered, variables
 
 
-def _refined_task(task: tuple[Any, tuple[Sequence[LevelSet], Closeness]]) -> Candidate:
+def _refined_task(task: tuple[Any, tuple[Sequence[LevelSet], Closeness]]) -> JudgedDesign:
     """Return the last level set refined, with its control points gathered at the corners of the first."""
     level, close = task[1]
     problem, variables = begun(problem_of(task[0]), level, close)
     return refined_sum(problem, judged(problem, variables[-1]), level[-1].weights)
 
 
-def _judged_all(problem: Problem, rows: Sequence[Array], workers: Workers) -> list[Candidate]:
+def _judged_all(problem: Problem, rows: Sequence[Array], workers: Workers) -> list[JudgedDesign]:
     parts = [rows[begin : begin + AT_ONCE] for begin in range(0, len(rows), AT_ONCE)]
     return [candidate for part in each_done(workers, _judged_task, problem, parts) for candidate in part]
 
 
-def _judged_task(task: tuple[Any, Sequence[Array]]) -> list[Candidate]:
+def _judged_task(task: tuple[Any, Sequence[Array]]) -> list[JudgedDesign]:
     problem = problem_of(task[0])
     return [judged(problem, row) for row in task[1]]
 
@@ -228,7 +228,7 @@ def _first(begin: Sequence[Array], count: int, seed: int) -> Array:
     return first
 
 
-def _tell_algorithm(algorithm: Any, population: Any, candidates: Sequence[Candidate], method: str) -> None:
+def _tell_algorithm(algorithm: Any, population: Any, candidates: Sequence[JudgedDesign], method: str) -> None:
     broken = np.array([[each.violation] for each in candidates])
     values = np.stack([each.objectives for each in candidates])
     if method == "cmaes":

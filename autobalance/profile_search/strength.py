@@ -14,7 +14,7 @@ from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.engines.cycle.firing import firing_engine
 from autobalance.errors import JobError
 from autobalance.finite_elements.analysis import facet_nodes, facet_shares, solved
-from autobalance.finite_elements.elasticity import STEEL, ElasticBody, Material
+from autobalance.finite_elements.elasticity import STEEL, ElasticBody, ElasticMaterial
 from autobalance.finite_elements.modes import modes_of
 from autobalance.finite_elements.throws import bodies_of_solid
 from autobalance.job import Job
@@ -65,9 +65,9 @@ def greatest_pin_loads_n(cycle: CycleAnalysis) -> Array:
     return loads
 
 
-def material_of(density_g_mm3: float) -> Material:
+def material_of(density_g_mm3: float) -> ElasticMaterial:
     """Return the material steel with a density."""
-    return Material(STEEL.young_MPa, STEEL.poisson, density_g_mm3 * T_MM3_PER_G_MM3)
+    return ElasticMaterial(STEEL.young_MPa, STEEL.poisson, density_g_mm3 * T_MM3_PER_G_MM3)
 
 
 def body_of(rotor_solid: Solid, size_mm: float | None) -> ElasticBody:

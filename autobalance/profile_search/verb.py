@@ -22,7 +22,7 @@ from autobalance.version import __version__
 
 if TYPE_CHECKING:
     from autobalance.profile_search.answer import DesignFigures, DesignReport
-    from autobalance.profile_search.candidates import Candidate, SearchResult
+    from autobalance.profile_search.candidates import JudgedDesign, SearchResult
     from autobalance.profile_search.input import DesignJob
     from autobalance.profile_search.problem import Problem
     from autobalance.profile_search.written import WrittenDesign
@@ -194,7 +194,7 @@ def _files(problem: Problem, design: WrittenDesign) -> dict[str, bytes]:
     return files
 
 
-def _drawn(problem: Problem, candidates: Sequence[Candidate], designs: Sequence[DesignFigures]) -> Plot:
+def _drawn(problem: Problem, candidates: Sequence[JudgedDesign], designs: Sequence[DesignFigures]) -> Plot:
     from autobalance.profile_search.files import front_plot
 
     names = tuple(name for name, _ in problem.signed_objectives)

@@ -13,7 +13,7 @@ from autobalance.balancing.measured import Crank
 from autobalance.errors import SolidError
 from autobalance.profile_search.envelope import Amounts, DesignConstraint
 from autobalance.profile_search.free_metal import FreeMetal, FreeWeb
-from autobalance.profile_search.input import Drilling
+from autobalance.profile_search.input import OilDrilling
 from autobalance.profile_search.neighbours import DesignClearance
 from autobalance.profile_search.outlines import DEGREE, PAST_MM, past, round_mm, sector_mm
 from autobalance.profile_search.problem import MAX_SHARE, Problem
@@ -214,7 +214,7 @@ WHOLE, PARTS = "crank.step", "counterweights.step"
 
 
 def design_step(
-    free: FreeMetal, crank: Crank, amounts: Amounts, drillings: tuple[Drilling, ...]
+    free: FreeMetal, crank: Crank, amounts: Amounts, drillings: tuple[OilDrilling, ...]
 ) -> tuple[str, bytes]:
     """Return the name and the bytes of a design's STEP file.
 
@@ -258,7 +258,7 @@ def _inner(free: FreeMetal, web: FreeWeb) -> Array:
 
 
 def _spline_body(
-    free: FreeMetal, web: FreeWeb, amounts: Amounts, drillings: tuple[Drilling, ...], arc: bool
+    free: FreeMetal, web: FreeWeb, amounts: Amounts, drillings: tuple[OilDrilling, ...], arc: bool
 ) -> SplineBody:
     body, radii = free.bodies[web.part], amounts.radii_mm[web.part]
     low, high = web.reach_mm(amounts.thickness_mm[web.part])

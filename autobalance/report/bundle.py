@@ -7,7 +7,7 @@ from collections.abc import Collection
 
 from autobalance.errors import FormatError
 from autobalance.report.job_header import file_prefix
-from autobalance.report.material import Choice, Material
+from autobalance.report.material import Choice, FileMaterial
 from autobalance.report.output_kinds import KINDS, choices, usual
 
 PAPERS = ("A4", "Letter")
@@ -37,7 +37,7 @@ def choice_of(
     return Choice(kinds, paper, units, day, zero)
 
 
-def bundle(material: Material) -> dict[str, tuple[str, bytes]]:
+def bundle(material: FileMaterial) -> dict[str, tuple[str, bytes]]:
     """Return the chosen files: key in ``outputs`` → name and bytes."""
     files: dict[str, tuple[str, bytes]] = {}
     prefix = file_prefix(material.balanced.given.job, material.balanced.serial)

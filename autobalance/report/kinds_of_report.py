@@ -8,13 +8,13 @@ from autobalance.report.output_kinds import OutputKind
 from autobalance.solid.cad.installed import has_kernel
 
 if TYPE_CHECKING:
-    from autobalance.report.material import Material
+    from autobalance.report.material import FileMaterial
 
 TOOLS = "tools.step" if has_kernel() else "tools.3mf"
 """Named solids with true surfaces, where the CAD kernel is installed."""
 
 
-def _page(material: Material) -> dict[str, bytes]:
+def _page(material: FileMaterial) -> dict[str, bytes]:
     from autobalance.report.page.html import page
 
     picture = material.pictures[0]
@@ -33,12 +33,12 @@ def _page(material: Material) -> dict[str, bytes]:
     }
 
 
-def _pictures(material: Material) -> dict[str, bytes]:
+def _pictures(material: FileMaterial) -> dict[str, bytes]:
     before, after = material.pictures
     return {"png_before": before, "png_after": after}
 
 
-def _tools(material: Material) -> dict[str, bytes]:
+def _tools(material: FileMaterial) -> dict[str, bytes]:
     from autobalance.report.output_kinds import KINDS
     from autobalance.report.tool_bodies import tool_bodies
 
@@ -47,7 +47,7 @@ def _tools(material: Material) -> dict[str, bytes]:
     return {"tools": tool_bodies(material, exact)} if made else {}
 
 
-def _reading(material: Material) -> dict[str, bytes]:
+def _reading(material: FileMaterial) -> dict[str, bytes]:
     from autobalance.report.reading_template import reading_template
 
     return {"reading": reading_template(material.balanced).encode()}

@@ -34,7 +34,7 @@ class Choice:
 
 
 @dataclass(frozen=True, eq=False)
-class Material:
+class FileMaterial:
     """Material of the files; shared parts are computed once.
 
     Attributes

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from autobalance import registry
 
 if TYPE_CHECKING:
-    from autobalance.report.material import Material
+    from autobalance.report.material import FileMaterial
 
 
 # A kind of file for people that a balancing run can write.
@@ -39,7 +39,7 @@ class OutputKind(NamedTuple):
 
     name: str
     files: Mapping[str, str]
-    make: Callable[[Material], Mapping[str, bytes]]
+    make: Callable[[FileMaterial], Mapping[str, bytes]]
     is_usual: bool = True
     require: Callable[[], None] = lambda: None
     is_to_fill: bool = False

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from autobalance.report.material import Material
+from autobalance.report.material import FileMaterial
 
 
-def tool_bodies(material: Material, is_exact: bool) -> bytes:
+def tool_bodies(material: FileMaterial, is_exact: bool) -> bytes:
     """Return a file with a named solid for each correction, file coordinates, in mm.
 
     Kept cuts of depth 0 have no body.

@@ -8,12 +8,12 @@ from functools import cached_property
 import numpy as np
 
 from autobalance.errors import FormatError
-from autobalance.signals.bearing import Defect, Envelope, defects, envelope, liveliest_band
-from autobalance.signals.by_angle import TURN, Circles, Turning, circles
+from autobalance.signals.bearing import Defect, SignalEnvelope, defects, envelope, liveliest_band
+from autobalance.signals.by_angle import TURN, Turning, WhirlCircles, circles
 from autobalance.signals.modes import Mode, modes_of_run_up, modes_of_sweep, modes_of_transfer
-from autobalance.signals.record import COSINES, Channel, Record
+from autobalance.signals.record import COSINES, Channel, SignalRecord
 from autobalance.signals.sines import Sine, aliasing_note, clipped_share, filled
-from autobalance.signals.sources import RollingBearing
+from autobalance.signals.sources import BearingSource
 from autobalance.signals.spectra import MAX_WHOLE, Welch, sines_of, thinned, welch
 from autobalance.signals.speed import Crossing, OrderLines, crossings, order_lines, speed_of_record
 from autobalance.signals.tacho import TachoPulses, pulses
@@ -28,7 +28,7 @@ STRONGEST_ORDERS = 6
 
 
 @dataclass(frozen=True)
-class Question:
+class AnalysisOptions:
     """Options of an analysis, named as those of the command."""
 
     channel: str | None = None
@@ -42,7 +42,7 @@ class Question:
     natural: bool = False
     excitation: str | None = None
     frequencies_hz: tuple[float, ...] | None = None
-    bearing: RollingBearing | None = None
+    bearing: BearingSource | None = None
     band_hz: tuple[float, float] | None = None
     axes: tuple[str, str] | None = None
 
@@ -83,11 +83,11 @@ class Speed:
 
 
 @dataclass(frozen=True, eq=False)
-class Analysis:
+class SignalAnalysis:
     """Results of the analysis of a record."""
 
-    record: Record
-    question: Question
+    record: SignalRecord
+    question: AnalysisOptions
     channel: Channel
     clipped: dict[str, float]
     speed: Speed
@@ -96,8 +96,8 @@ class Analysis:
     modes: list[Mode]
     crossings: list[Crossing]
     defects: list[Defect] | None = None
-    envelope: Envelope | None = None
-    circles: Circles | None = None
+    envelope: SignalEnvelope | None = None
+    circles: WhirlCircles | None = None
     warnings: list[str] = field(default_factory=list)
 
     @cached_property
@@ -106,7 +106,7 @@ class Analysis:
         return welch(self.channel, self.question.window)
 
 
-def analyse(record: Record, question: Question) -> Analysis:
+def analyse(record: SignalRecord, question: AnalysisOptions) -> SignalAnalysis:
     """Return the results of a question about a record.
 
     Raises
@@ -138,14 +138,14 @@ def analyse(record: Record, question: Question) -> Analysis:
     if meeting is None:
         meeting = tuple(mode.frequency_hz for mode in modes)
     found_envelope, found_defects = _bearing(channel, question, speed, warnings)
-    return Analysis(
+    return SignalAnalysis(
         record, question, channel, clipped, speed, sines_of(channel, question.window, question.peaks), lines,
         modes, crossings(meeting, question.max_order), found_defects, found_envelope,
         _circles(question, channels, speed), warnings,
     )  # fmt: skip
 
 
-def _by_time(record: Record, question: Question) -> Record:
+def _by_time(record: SignalRecord, question: AnalysisOptions) -> SignalRecord:
     if record.samples_per_turn is None:
         return record
     if question.speed_rpm is None:
@@ -153,13 +153,13 @@ def _by_time(record: Record, question: Question) -> Record:
     return record.at_speed(question.speed_rpm)
 
 
-def _is_tacho(channel: Channel, question: Question, record: Record) -> bool:
+def _is_tacho(channel: Channel, question: AnalysisOptions, record: SignalRecord) -> bool:
     if question.tacho is not None:
         return channel is record.channel(question.tacho)
     return "tacho" in channel.name.lower()
 
 
-def _main_channel(record: Record, question: Question) -> Channel:
+def _main_channel(record: SignalRecord, question: AnalysisOptions) -> Channel:
     """Return the question's channel, or the only one of the record."""
     if question.channel is not None:
         channel = record.channel(question.channel)
@@ -207,7 +207,7 @@ def _check_size(channel: Channel) -> None:
             )
 
 
-def _clipped(record: Record, question: Question, channel: Channel) -> float:
+def _clipped(record: SignalRecord, question: AnalysisOptions, channel: Channel) -> float:
     """Return the share of clipped samples; 0 for a tacho, which rests at its extremes rightly."""
     return 0.0 if _is_tacho(channel, question, record) else clipped_share(channel)
 
@@ -221,7 +221,7 @@ def _clip_notes(clipped: dict[str, float], used: set[str]) -> list[str]:
     ]
 
 
-def _speed(record: Record, question: Question, channel: Channel, warnings: list[str]) -> Speed:
+def _speed(record: SignalRecord, question: AnalysisOptions, channel: Channel, warnings: list[str]) -> Speed:
     if question.speed_rpm is not None:
         return Speed("given", _constant_speed(record, question.speed_rpm, channel.duration_s))
     if question.tacho is not None:
@@ -244,7 +244,7 @@ def _speed(record: Record, question: Question, channel: Channel, warnings: list[
     return Speed("record", by_itself.turning, by_itself.uncertainty_rpm)
 
 
-def _constant_speed(record: Record, speed_rpm: float, duration_s: float) -> Turning:
+def _constant_speed(record: SignalRecord, speed_rpm: float, duration_s: float) -> Turning:
     """Return a constant speed; a record taken by angle begins at its own angle, at or below 0."""
     if record.samples_per_turn is None or record.start_angle_deg % 360.0 == 0.0:
         return Turning.steady(speed_rpm, duration_s)
@@ -291,8 +291,8 @@ def _lines(channel: Channel, speed: Speed, max_order: float, warnings: list[str]
 
 
 def _modes(
-    channel: Channel, question: Question, others: dict[str, Channel], speed: Speed, lines: OrderLines | None,
-    warnings: list[str],
+    channel: Channel, question: AnalysisOptions, others: dict[str, Channel], speed: Speed,
+    lines: OrderLines | None, warnings: list[str],
 ) -> list[Mode]:  # fmt: skip
     """Return modes from the transfer function, else the orders of a run-up, else the response alone."""
     if question.excitation is not None:
@@ -332,8 +332,8 @@ def _refuse_other_rate(one: Channel, other: Channel) -> None:
 
 
 def _bearing(
-    channel: Channel, question: Question, speed: Speed, warnings: list[str]
-) -> tuple[Envelope | None, list[Defect] | None]:
+    channel: Channel, question: AnalysisOptions, speed: Speed, warnings: list[str]
+) -> tuple[SignalEnvelope | None, list[Defect] | None]:
     if question.bearing is None and question.band_hz is None:
         return None, None
     if len(channel) > MAX_WHOLE:
@@ -359,7 +359,7 @@ def _clipped_to(turning: Turning, duration_s: float) -> Turning:
     return Turning(times, turning.angle_rad(times))
 
 
-def _circles(question: Question, channels: dict[str, Channel], speed: Speed) -> Circles | None:
+def _circles(question: AnalysisOptions, channels: dict[str, Channel], speed: Speed) -> WhirlCircles | None:
     if question.axes is None or speed.turning is None:
         return None
     first, second = (channels[name] for name in question.axes)

@@ -10,12 +10,12 @@ import numpy as np
 
 from autobalance.declare import ABSENT, INLINE, Absent, Count, NotNegative, Ordinal, Pair, Positive, record
 from autobalance.report.records.answers import Head
-from autobalance.signals.analysis import Analysis, uncertain_ratio
+from autobalance.signals.analysis import SignalAnalysis, uncertain_ratio
 from autobalance.signals.bearing import Defect
-from autobalance.signals.by_angle import Circles
+from autobalance.signals.by_angle import WhirlCircles
 from autobalance.signals.modes import Mode
 from autobalance.signals.record import gain, noise_bandwidth_bins
-from autobalance.signals.sources import Source, candidates, natural_sources
+from autobalance.signals.sources import OrderSource, candidates, natural_sources
 from autobalance.signals.spectra import Band, band_levels
 from autobalance.signals.speed import Crossing
 from autobalance.signals.tacho import TachoPulses
@@ -82,7 +82,9 @@ class Explained:
     comparison: list[ComparedOrder] | None
 
 
-def explained(analysis: Analysis, sources: Sequence[Source], other: Analysis | None = None) -> Explained:
+def explained(
+    analysis: SignalAnalysis, sources: Sequence[OrderSource], other: SignalAnalysis | None = None
+) -> Explained:
     """Return a record's sines and orders with their possible causes, beside those of another record."""
     resolution = analysis.channel.sample_rate_hz / len(analysis.channel)
     return Explained(
@@ -94,7 +96,7 @@ def explained(analysis: Analysis, sources: Sequence[Source], other: Analysis | N
     )
 
 
-def _peaks(analysis: Analysis, sources: Sequence[Source], resolution: float) -> list[Peak]:
+def _peaks(analysis: SignalAnalysis, sources: Sequence[OrderSource], resolution: float) -> list[Peak]:
     """Return the sines of a record; with a steady speed also their orders and possible causes."""
     turning = analysis.speed.turning
     mean_hz = None if turning is None or not analysis.speed.is_steady else turning.mean_rpm / 60.0
@@ -110,7 +112,7 @@ def _peaks(analysis: Analysis, sources: Sequence[Source], resolution: float) -> 
     return peaks
 
 
-def _orders(analysis: Analysis, sources: Sequence[Source]) -> list[OrderFigures]:
+def _orders(analysis: SignalAnalysis, sources: Sequence[OrderSource]) -> list[OrderFigures]:
     """Return all half orders up to the highest of the question, with their possible causes."""
     lines = analysis.lines
     known: Complex = np.zeros(0, dtype=complex) if lines is None else lines.amplitudes
@@ -131,7 +133,7 @@ def _orders(analysis: Analysis, sources: Sequence[Source]) -> list[OrderFigures]
     return rows
 
 
-def _compared(first: Analysis, second: Analysis) -> list[ComparedOrder]:
+def _compared(first: SignalAnalysis, second: SignalAnalysis) -> list[ComparedOrder]:
     """Return orders of two records side by side; the ratio is None where one of them is noise."""
     if first.lines is None or second.lines is None:
         return []
@@ -242,7 +244,7 @@ class RecordAnalysis:
     natural_modes: Sequence[Mode]
     crossings: Sequence[Crossing]
     bearing: BearingFigures | None
-    axes: Circles | None
+    axes: WhirlCircles | None
     bands: Sequence[Band]
     comparison: Sequence[ComparedOrder] | None
     record_b: RecordFigures | None
@@ -300,7 +302,9 @@ class OrdersReport(Head):
 # The report of a recorded signal, from its analysis.
 
 
-def orders_values(analysis: Analysis, explained: Explained, other: Analysis | None) -> RecordAnalysis:
+def orders_values(
+    analysis: SignalAnalysis, explained: Explained, other: SignalAnalysis | None
+) -> RecordAnalysis:
     """Return the report without head and input."""
     return RecordAnalysis(
         record=record_values(analysis),
@@ -321,7 +325,7 @@ def orders_values(analysis: Analysis, explained: Explained, other: Analysis | No
     )
 
 
-def record_values(analysis: Analysis) -> RecordFigures:
+def record_values(analysis: SignalAnalysis) -> RecordFigures:
     """Return file, format, duration and channels of a record."""
     record = analysis.record
     return RecordFigures(
@@ -341,7 +345,7 @@ def record_values(analysis: Analysis) -> RecordFigures:
     )
 
 
-def _speed(analysis: Analysis) -> TurningSpeed:
+def _speed(analysis: SignalAnalysis) -> TurningSpeed:
     speed, turning = analysis.speed, analysis.speed.turning
     speeds = None if turning is None else turning.speeds_rpm()
     mean = None if turning is None else turning.mean_rpm
@@ -357,7 +361,7 @@ def _speed(analysis: Analysis) -> TurningSpeed:
     )
 
 
-def _spectrum(analysis: Analysis, explained: Explained) -> Spectrum:
+def _spectrum(analysis: SignalAnalysis, explained: Explained) -> Spectrum:
     name = analysis.question.window
     return Spectrum(
         window=name,
@@ -368,7 +372,7 @@ def _spectrum(analysis: Analysis, explained: Explained) -> Spectrum:
     )
 
 
-def _bearing(analysis: Analysis) -> BearingFigures | None:
+def _bearing(analysis: SignalAnalysis) -> BearingFigures | None:
     bearing = analysis.question.bearing
     if bearing is None:
         return None
@@ -379,7 +383,7 @@ def _bearing(analysis: Analysis) -> BearingFigures | None:
     )
 
 
-def psd_csv(analysis: Analysis) -> bytes:
+def psd_csv(analysis: SignalAnalysis) -> bytes:
     """Return the power spectral density of the record, with its standard error, as CSV."""
     unit, power = analysis.channel.unit or "1", analysis.power
     lines = [f"frequency_hz,density [{unit}^2/Hz],standard_error [{unit}^2/Hz]"]

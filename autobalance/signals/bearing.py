@@ -9,7 +9,7 @@ from autobalance.errors import FormatError
 from autobalance.signals.by_angle import TURN, Turning
 from autobalance.signals.record import Channel
 from autobalance.signals.sines import Sine, find_sines
-from autobalance.signals.sources import MAX_SLIP, RollingBearing
+from autobalance.signals.sources import MAX_SLIP, BearingSource
 from autobalance.types import Array
 from autobalance.value_classes import dataclass
 
@@ -28,7 +28,7 @@ class Defect:
 
 
 @dataclass(frozen=True, eq=False)
-class Envelope:
+class SignalEnvelope:
     """Magnitude of a band's signal, at its own lower sample rate, from the record's first sample on."""
 
     values: Array
@@ -36,7 +36,7 @@ class Envelope:
     band_hz: tuple[float, float]
 
 
-def envelope(channel: Channel, low_hz: float, high_hz: float) -> Envelope:
+def envelope(channel: Channel, low_hz: float, high_hz: float) -> SignalEnvelope:
     """Return |x + i Hilbert(x)| of a band; only the band's part of the spectrum is transformed back.
 
     Raises
@@ -61,7 +61,7 @@ def envelope(channel: Channel, low_hz: float, high_hz: float) -> Envelope:
     wide = np.zeros(length, dtype=complex)
     wide[: len(band)] = band
     size = np.abs(fft.ifft(wide)) * (length / count)
-    return Envelope(size, rate * length / count, (low_hz, high_hz))
+    return SignalEnvelope(size, rate * length / count, (low_hz, high_hz))
 
 
 def liveliest_band(channel: Channel) -> tuple[float, float]:
@@ -83,7 +83,7 @@ def liveliest_band(channel: Channel) -> tuple[float, float]:
     return max(bands, key=peakedness)
 
 
-def defects(band_envelope: Envelope, turning: Turning, bearing: RollingBearing) -> list[Defect]:
+def defects(band_envelope: SignalEnvelope, turning: Turning, bearing: BearingSource) -> list[Defect]:
     """Return the envelope's lines at each of a bearing's orders, by the shaft's angle.
 
     The envelope is read at even steps of angle, so that a speed that varies does not smear its lines. The
@@ -101,7 +101,7 @@ def defects(band_envelope: Envelope, turning: Turning, bearing: RollingBearing) 
     ]
 
 
-def _by_turn(band_envelope: Envelope, turning: Turning, top: float) -> tuple[Array, float]:
+def _by_turn(band_envelope: SignalEnvelope, turning: Turning, top: float) -> tuple[Array, float]:
     """Return the envelope at even steps of angle, and the number of these steps per turn."""
     from autobalance.signals.by_angle import by_angle, samples_per_turn
 

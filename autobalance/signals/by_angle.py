@@ -220,7 +220,7 @@ RECIPROCATING_ABOVE = 0.8
 
 
 @dataclass(frozen=True)
-class Circles:
+class WhirlCircles:
     """Radii of the two circles of X + iY at an order; forward is from X to Y."""
 
     schema_name: ClassVar[str] = "circle_figures"
@@ -246,9 +246,9 @@ class Circles:
         return "reciprocating" if small > RECIPROCATING_ABOVE * large else "mixed"
 
 
-def circles(order: float, x: complex, y: complex) -> Circles:
+def circles(order: float, x: complex, y: complex) -> WhirlCircles:
     """Return the circles of X = Re(x e^(ikθ)) and Y = Re(y e^(ikθ)).
 
     X + iY = f e^(ikθ) + b e^(−ikθ), f = (x + iy)/2, b̄ = (x − iy)/2.
     """
-    return Circles(order, abs(x + 1j * y) / 2.0, abs(x - 1j * y) / 2.0)
+    return WhirlCircles(order, abs(x + 1j * y) / 2.0, abs(x - 1j * y) / 2.0)

@@ -10,10 +10,10 @@ from typing import Any
 from autobalance.declare import Key, Values, keys_of, made
 from autobalance.errors import JobError
 from autobalance.job.tables import AddonTables, TablesRead
-from autobalance.signals.sources import Drive
+from autobalance.signals.sources import DriveSources
 from autobalance.toml_files.keys import read_document
 
-DRIVE_KEYS = keys_of(Drive)
+DRIVE_KEYS = keys_of(DriveSources)
 DRIVE = Key(
     "drive",
     says="gears, belts and shafts that the crank drives: see [signals.md](signals.md)",
@@ -24,7 +24,7 @@ DRIVE = Key(
 )
 
 
-def _made(read: TablesRead) -> Drive | None:
+def _made(read: TablesRead) -> DriveSources | None:
     table = read.values.get("drive")
     return None if table is None else drive_of(table)
 
@@ -32,7 +32,7 @@ def _made(read: TablesRead) -> Drive | None:
 TABLES = AddonTables((DRIVE,), _made)
 
 
-def read_drive(source: str | Path | Mapping[str, Any]) -> Drive:
+def read_drive(source: str | Path | Mapping[str, Any]) -> DriveSources:
     """Read a drive file, or its structure.
 
     Raises
@@ -45,7 +45,7 @@ def read_drive(source: str | Path | Mapping[str, Any]) -> Drive:
     return read_document(source, "drive file", DRIVE_KEYS, _drive)
 
 
-def drive_of(values: Values) -> Drive:
+def drive_of(values: Values) -> DriveSources:
     """Return the drive of a job's ``[drive]``.
 
     Raises
@@ -56,8 +56,8 @@ def drive_of(values: Values) -> Drive:
     return _drive(values, "drive.")
 
 
-def _drive(values: Values, path: str = "") -> Drive:
-    drive = made(Drive, values)
+def _drive(values: Values, path: str = "") -> DriveSources:
+    drive = made(DriveSources, values)
     if not (drive.gears or drive.belts or drive.shafts):
         raise JobError(f"{path}gear, belt and shaft are all missing; expected at least one")
     for number, belt in enumerate(drive.belts, 1):

@@ -9,11 +9,11 @@ from autobalance.declare import ABSENT
 from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.job import Job
 from autobalance.running_gear.shafts import orders_with_shafts
-from autobalance.signals.sources import Source, firing_sources, mass_sources
+from autobalance.signals.sources import OrderSource, firing_sources, mass_sources
 from autobalance.units import RAD_S_PER_RPM
 
 
-def engine_sources(job: Job, crank: Crank, speed_rpm: float | None, max_order: float) -> list[Source]:
+def engine_sources(job: Job, crank: Crank, speed_rpm: float | None, max_order: float) -> list[OrderSource]:
     """Return the sources of a job's moving masses, shafts and firing; at the job's speed without another.
 
     Parameters
@@ -52,20 +52,20 @@ LEAST_PULL = 1e-3
 """Share of the mean pull of a drive below which one of its orders is not a source."""
 
 
-def pull_sources(analysis: CycleAnalysis) -> list[Source]:
+def pull_sources(analysis: CycleAnalysis) -> list[OrderSource]:
     """Return the orders of the pull of a cycle's drives: of their teeth, and of the torque behind them."""
     from autobalance.engines.cycle.drive_section import drive_table
 
     if not analysis.firing.drives:
         return []
-    sources: list[Source] = []
+    sources: list[OrderSource] = []
     for each in drive_table(analysis).drives:
         what = f"{each.kind} drive {each.name!r}"
         teeth = each.tooth_order
         if teeth is not ABSENT:
-            sources.append(Source(teeth, f"{what}: its teeth come in, {each.tooth_pull_n:.3g} N"))
+            sources.append(OrderSource(teeth, f"{what}: its teeth come in, {each.tooth_pull_n:.3g} N"))
         sources += [
-            Source(row.order, f"{what}: its pull pulsates, {row.pull_n:.3g} N")
+            OrderSource(row.order, f"{what}: its pull pulsates, {row.pull_n:.3g} N")
             for row in each.orders
             if row.pull_n > LEAST_PULL * each.mean_pull_n
         ]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from autobalance.report.page.templates import rendered
-from autobalance.signals.analysis import Analysis
+from autobalance.signals.analysis import SignalAnalysis
 from autobalance.signals.record import Channel
 from autobalance.signals.show import shown_orders
 from autobalance.signals.sines import amplitude_spectrum
@@ -22,7 +22,7 @@ MOST_POINTS = 1 << 18
 SPECTRUM_SAMPLES = 1 << 21
 
 
-def orders_page(analysis: Analysis, report: OrdersReport) -> str:
+def orders_page(analysis: SignalAnalysis, report: OrdersReport) -> str:
     """Return the whole page; it needs no other file."""
     values = report.found
     return rendered(
@@ -56,7 +56,7 @@ def _encoded(values: Array) -> str:
     return base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode()
 
 
-def _record_curve(analysis: Analysis) -> Values:
+def _record_curve(analysis: SignalAnalysis) -> Values:
     channel = analysis.channel
     few = max(1, -(-len(channel) // MOST_POINTS))
     low, high = _extremes(channel, few)
@@ -79,7 +79,7 @@ def _extremes(channel: Channel, few: int) -> tuple[Array, Array]:
     return np.concatenate(low), np.concatenate(high)
 
 
-def _spectrum_curve(analysis: Analysis, values: RecordAnalysis) -> Values:
+def _spectrum_curve(analysis: SignalAnalysis, values: RecordAnalysis) -> Values:
     channel = analysis.channel
     f, size = amplitude_spectrum(
         channel.values(0, SPECTRUM_SAMPLES), channel.sample_rate_hz, analysis.question.window

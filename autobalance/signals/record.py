@@ -74,7 +74,7 @@ class Channel:
 
 
 @dataclass(frozen=True, eq=False)
-class Record:
+class SignalRecord:
     """Channels recorded together, from one file."""
 
     file: str
@@ -109,7 +109,7 @@ class Record:
         why = "".join(f"; {note}" for note in self.notes if repr(name) in note)
         raise FormatError(f"{self.file} {what} {name!r}; its channels: {known}{why}")
 
-    def calibrated(self, factors: Mapping[str, tuple[float, str | None]]) -> Record:
+    def calibrated(self, factors: Mapping[str, tuple[float, str | None]]) -> SignalRecord:
         """Return the record with channels multiplied by factors, with new units where these are not None."""
         factor_of = {id(self.channel(name)): value for name, value in factors.items()}
 
@@ -121,7 +121,7 @@ class Record:
 
         return replace(self, channels=tuple(scaled(each) for each in self.channels))
 
-    def at_speed(self, speed_rpm: float) -> Record:
+    def at_speed(self, speed_rpm: float) -> SignalRecord:
         """Return a record sampled by angle as one sampled by time, at a constant speed."""
         if self.samples_per_turn is None:
             return self

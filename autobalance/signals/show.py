@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from autobalance.report.plots import Plot, drawn
-from autobalance.signals.analysis import Analysis
+from autobalance.signals.analysis import SignalAnalysis
 from autobalance.signals.record import Channel
 from autobalance.signals.sines import amplitude_spectrum
 from autobalance.signals.speed import Map, OrderCut, order_cuts, order_map, waterfall
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
         RecordAnalysis,
         TurningSpeed,
     )
-    from autobalance.signals.by_angle import Circles
+    from autobalance.signals.by_angle import WhirlCircles
     from autobalance.signals.spectra import Band
 
 
@@ -131,7 +131,7 @@ def _bearing(bearing: BearingFigures | None) -> list[str]:
     return lines
 
 
-def _axes(axes: Circles | None) -> list[str]:
+def _axes(axes: WhirlCircles | None) -> list[str]:
     if axes is None:
         return []
     return [
@@ -177,7 +177,7 @@ DOTTED_LINE: dict[str, Any] = {"color": "0.5", "linestyle": ":", "linewidth": 1.
 
 
 def orders_plots(
-    analysis: Analysis, values: RecordAnalysis, predicted: Sequence[tuple[float | None, float]] = ()
+    analysis: SignalAnalysis, values: RecordAnalysis, predicted: Sequence[tuple[float | None, float]] = ()
 ) -> Files:
     """Return every plot that the record allows; ``predicted`` (speed, frequency) are on the waterfall."""
     unit = f" [{analysis.channel.unit}]" if analysis.channel.unit else ""
@@ -211,11 +211,11 @@ def _strongest(cuts: list[OrderCut]) -> list[OrderCut]:
     return [cut for cut in falling if sizes[cut.order] > PLOT_SHOWN_SHARE * sizes[falling[0].order]]
 
 
-def _max_order(analysis: Analysis) -> float:
+def _max_order(analysis: SignalAnalysis) -> float:
     return analysis.question.max_order if analysis.lines is None else float(analysis.lines.orders[-1])
 
 
-def _top_hz(analysis: Analysis) -> float:
+def _top_hz(analysis: SignalAnalysis) -> float:
     """Return the highest frequency of the waterfall, from the highest order, sines or modes."""
     half = 0.5 * analysis.channel.sample_rate_hz
     if analysis.speed.turning is None:
@@ -230,7 +230,7 @@ def _top_hz(analysis: Analysis) -> float:
     return min(half, max(1.05 * analysis.question.max_order * fastest, 1.5 * highest))
 
 
-def _spectrum(analysis: Analysis, values: RecordAnalysis, label: str) -> Plot:
+def _spectrum(analysis: SignalAnalysis, values: RecordAnalysis, label: str) -> Plot:
     channel = analysis.channel
     f, size = amplitude_spectrum(
         channel.values(0, SHOWN_SAMPLES), channel.sample_rate_hz, analysis.question.window
@@ -251,7 +251,7 @@ def _spectrum(analysis: Analysis, values: RecordAnalysis, label: str) -> Plot:
     return drawn("Amplitude spectrum", label, draw)
 
 
-def _psd(analysis: Analysis) -> Plot:
+def _psd(analysis: SignalAnalysis) -> Plot:
     """Return the power spectral density with its standard error."""
     density = analysis.power
     f, mean, off = density.frequencies_hz[1:], density.density[1:], density.scatter[1:]
@@ -312,7 +312,7 @@ def _colours(axes: Axes, x: Array, y: Array, sizes: Array, label: str) -> None:
 def _waterfall(
     fall: Map,
     label: str,
-    analysis: Analysis,
+    analysis: SignalAnalysis,
     values: RecordAnalysis,
     predicted: Sequence[tuple[float | None, float]],
 ) -> Plot:
@@ -409,7 +409,7 @@ def _cuts(cuts: list[OrderCut], label: str, *, steady: bool) -> Files:
     }
 
 
-def _envelope(analysis: Analysis, values: RecordAnalysis, label: str) -> Plot:
+def _envelope(analysis: SignalAnalysis, values: RecordAnalysis, label: str) -> Plot:
     envelope = analysis.envelope
     if envelope is None:
         raise ValueError("there is no envelope")
@@ -433,7 +433,7 @@ def _envelope(analysis: Analysis, values: RecordAnalysis, label: str) -> Plot:
     return drawn(f"Envelope of {low:g} to {high:g} Hz", label, draw)
 
 
-def _full_spectrum(analysis: Analysis, verdict: str) -> Plot:
+def _full_spectrum(analysis: SignalAnalysis, verdict: str) -> Plot:
     """Return the orders of X + iY with and against the shaft, the verdict in the title."""
     from autobalance.signals.speed import order_lines
 

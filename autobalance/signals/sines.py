@@ -50,7 +50,7 @@ class Sine:
 
 
 @dataclass(frozen=True, eq=False)
-class _Fit:
+class _SineFit:
     """Frequencies in bins, ascending, complex amplitudes, and the mean."""
 
     bins: Array
@@ -109,9 +109,9 @@ def amplitude_spectrum(
     return fft.rfftfreq(length, 1.0 / sample_rate_hz), amplitudes
 
 
-def _strip(spectrum: Complex, length: int, name: str, most: int) -> _Fit:
+def _strip(spectrum: Complex, length: int, name: str, most: int) -> _SineFit:
     """Return the strongest sines, fitted and removed in rounds until nothing in the remainder stands out."""
-    fit = _Fit(np.zeros(0), np.zeros(0, dtype=complex), 0.0)
+    fit = _SineFit(np.zeros(0), np.zeros(0, dtype=complex), 0.0)
     rest = np.abs(spectrum)
     ceiling = float(rest.max(initial=0.0))
     while len(fit.bins) < most:
@@ -130,7 +130,7 @@ def _strip(spectrum: Complex, length: int, name: str, most: int) -> _Fit:
     return _sines_only(spectrum, length, name, _refined(spectrum, length, name, fit.bins, STEPS))
 
 
-def _sines_only(spectrum: Complex, length: int, name: str, fit: _Fit) -> _Fit:
+def _sines_only(spectrum: Complex, length: int, name: str, fit: _SineFit) -> _SineFit:
     """Return the fit without lines wider than a sine's in the window, as those of a speed that varies."""
     keep = np.ones(len(fit.bins), dtype=bool)
     for place, nu in enumerate(fit.bins):
@@ -139,10 +139,10 @@ def _sines_only(spectrum: Complex, length: int, name: str, fit: _Fit) -> _Fit:
         rest = seen - _model(at, length, name, fit)
         own = 0.5 * fit.amplitudes[place] * line(name, length, nu - at)
         keep[place] = (np.abs(rest) ** 2).sum() < MOST_LEFT * (np.abs(own) ** 2).sum()
-    return _Fit(fit.bins[keep], fit.amplitudes[keep], fit.mean)
+    return _SineFit(fit.bins[keep], fit.amplitudes[keep], fit.mean)
 
 
-def _remainder(spectrum: Complex, length: int, name: str, fit: _Fit) -> Array:
+def _remainder(spectrum: Complex, length: int, name: str, fit: _SineFit) -> Array:
     """Return the magnitude of the spectrum less the fit; unchanged far from its sines."""
     rest = np.abs(spectrum)
     far = len(spectrum) if name == "rect" else LEAKS_BINS
@@ -184,7 +184,7 @@ def _floor(rest: Array) -> Array:
     return np.append(np.repeat(medians, width), np.full(len(rest) - pieces * width, medians[-1]))
 
 
-def _start(spectrum: Complex, length: int, name: str, fit: _Fit, k: int) -> float:
+def _start(spectrum: Complex, length: int, name: str, fit: _SineFit, k: int) -> float:
     """Return the place, within a bin of a maximum, at which a single sine explains most."""
     at = _around(np.array([float(k)]), half_width_bins(name), len(spectrum))
     seen = spectrum[at.astype(int)] - _model(at, length, name, fit)
@@ -200,7 +200,7 @@ def _around(bins: Array, reach: int, count: int) -> Array:
     return np.unique(near[(near >= 0) & (near < count)])
 
 
-def _model(at: Array, length: int, name: str, fit: _Fit) -> Complex:
+def _model(at: Array, length: int, name: str, fit: _SineFit) -> Complex:
     """Return the transform of the fitted sines and mean at bins ``at``."""
     places = np.concatenate([[0.0], fit.bins, -fit.bins])
     sizes = np.concatenate([[fit.mean], 0.5 * fit.amplitudes, 0.5 * fit.amplitudes.conj()])
@@ -216,7 +216,7 @@ def _model(at: Array, length: int, name: str, fit: _Fit) -> Complex:
 class _Solved:
     """Best amplitudes and mean at fixed frequencies, with the residuals and the matrix of the fit."""
 
-    fit: _Fit
+    fit: _SineFit
     left: Array
     rows: Array
 
@@ -239,11 +239,11 @@ class _Seen:
         rows, right = _split(_columns(self.at, self.length, self.name, bins)), _split(self.values)
         solution = np.linalg.lstsq(rows, right, rcond=1e-12)[0]
         m = len(bins)
-        fit = _Fit(bins, solution[:m] + 1j * solution[m : 2 * m], float(solution[2 * m]))
+        fit = _SineFit(bins, solution[:m] + 1j * solution[m : 2 * m], float(solution[2 * m]))
         return _Solved(fit, right - rows @ solution, rows)
 
 
-def _refined(spectrum: Complex, length: int, name: str, bins: Array, steps: int) -> _Fit:
+def _refined(spectrum: Complex, length: int, name: str, bins: Array, steps: int) -> _SineFit:
     """Return frequencies and amplitudes fitted together, without sines that merge or vanish."""
     anchors = np.sort(bins)
     at = _around(np.append(anchors, 0.0), half_width_bins(name) + 1, len(spectrum))

@@ -23,7 +23,7 @@ MAX_SLIP = 0.02
 
 
 @dataclass(frozen=True)
-class RollingBearing:
+class BearingSource:
     """A rolling bearing whose inner ring turns.
 
     Parameters
@@ -117,7 +117,7 @@ CANCELLED_ORDER_SHARE = 1e-6
 
 
 @dataclass(frozen=True)
-class Source:
+class OrderSource:
     """Possible cause of an order; ``slip`` is its largest deviation from it, as a share."""
 
     order: float
@@ -125,10 +125,10 @@ class Source:
     slip: float = 0.0
 
 
-def bearing_sources(bearing: RollingBearing) -> list[Source]:
+def bearing_sources(bearing: BearingSource) -> list[OrderSource]:
     """Return the orders of a bearing's defects, with their harmonics."""
     return [
-        Source(
+        OrderSource(
             times * order, f"bearing, {BEARING_NAMES[name]}" + (f" × {times}" if times > 1 else ""), MAX_SLIP
         )
         for name, order in bearing.orders().items()
@@ -136,9 +136,9 @@ def bearing_sources(bearing: RollingBearing) -> list[Source]:
     ]
 
 
-def shaft_source() -> Source:
+def shaft_source() -> OrderSource:
     """Return the first order of any shaft, for an unknown engine."""
-    return Source(
+    return OrderSource(
         1.0, "turns with the shaft: unbalance, a bend, or misalignment (a job gives the amount of unbalance)"
     )
 
@@ -150,7 +150,7 @@ def mass_sources(
     shafts: Sequence[ForceOrder] = (),
     *,
     first_only: bool = False,
-) -> list[Source]:
+) -> list[OrderSource]:
     """Return the orders of the moving masses at a speed, for the whole engine and for one cylinder alone.
 
     Parameters
@@ -182,7 +182,7 @@ def mass_sources(
         ):
             continue
         sources.append(
-            Source(
+            OrderSource(
                 order.order, _masses_text(kept, alone[order.order], len(engine.cylinders), kept is not order)
             )
         )
@@ -208,7 +208,7 @@ def _alone(engine: Engine, speed_rad_s: float, highest: int) -> dict[float, floa
     return {order.order: order.greatest_force_n for order in orders if order.order % 1.0 == 0.0}
 
 
-def _rotating(engine: Engine, speed_rad_s: float) -> list[Source]:
+def _rotating(engine: Engine, speed_rad_s: float) -> list[OrderSource]:
     unbalance = engine.rotating
     size = float(np.hypot(*unbalance.resultant_g_mm))
     angle = float(np.degrees(np.arctan2(unbalance.resultant_g_mm[1], unbalance.resultant_g_mm[0])))
@@ -216,11 +216,13 @@ def _rotating(engine: Engine, speed_rad_s: float) -> list[Source]:
     if size == 0.0:
         return []
     return [
-        Source(1.0, f"rotating unbalance of crank and rods: {size:.4g} g·mm at {angle:.1f}°, {force:.4g} N")
+        OrderSource(
+            1.0, f"rotating unbalance of crank and rods: {size:.4g} g·mm at {angle:.1f}°, {force:.4g} N"
+        )
     ]
 
 
-def firing_sources(cylinders: int, strokes: int, max_order: float) -> list[Source]:
+def firing_sources(cylinders: int, strokes: int, max_order: float) -> list[OrderSource]:
     """Return the orders of combustion: multiples of the firing order, and those of unequal cylinders."""
     cycle = 2.0 / strokes  # order of one cylinder's cycle
     sources = []
@@ -228,18 +230,22 @@ def firing_sources(cylinders: int, strokes: int, max_order: float) -> list[Sourc
         order = k * cycle
         if k % cylinders == 0:
             sources.append(
-                Source(order, f"firing, harmonic {k // cylinders} of {order / (k // cylinders):g} a turn")
+                OrderSource(
+                    order, f"firing, harmonic {k // cylinders} of {order / (k // cylinders):g} a turn"
+                )
             )
         else:
-            sources.append(Source(order, f"combustion: unlike cylinders or uneven firing, {k} times a cycle"))
+            sources.append(
+                OrderSource(order, f"combustion: unlike cylinders or uneven firing, {k} times a cycle")
+            )
     return sources
 
 
-def torque_sources(orders: Sequence[tuple[float, float, float]]) -> list[Source]:
+def torque_sources(orders: Sequence[tuple[float, float, float]]) -> list[OrderSource]:
     """Return the orders of a cycle's torque, from (order, gas amplitude, inertia amplitude) each [N·m]."""
     greatest = max((max(gas, inertia) for _, gas, inertia in orders), default=0.0)
     return [
-        Source(order, f"torque of the cycle: gas {gas:.4g} N·m, inertia {inertia:.4g} N·m")
+        OrderSource(order, f"torque of the cycle: gas {gas:.4g} N·m, inertia {inertia:.4g} N·m")
         for order, gas, inertia in orders
         if max(gas, inertia) > CANCELLED_ORDER_SHARE * greatest
     ]
@@ -252,7 +258,7 @@ def natural_sources(frequencies_hz: Sequence[float], order_hz: float, width_hz: 
     ]
 
 
-def candidates(order: float, resolution: float, sources: Sequence[Source]) -> list[str]:
+def candidates(order: float, resolution: float, sources: Sequence[OrderSource]) -> list[str]:
     """Return texts of the possible causes of a line, the best fit first, else ``unexplained``.
 
     Parameters
@@ -268,7 +274,7 @@ def candidates(order: float, resolution: float, sources: Sequence[Source]) -> li
     return [_fit_text(order, gap, source) for gap, source in near] or [UNEXPLAINED]
 
 
-def _fit_text(order: float, gap: float, source: Source) -> str:
+def _fit_text(order: float, gap: float, source: OrderSource) -> str:
     if gap < 1e-9:
         return source.text
     off = 100.0 * (order - source.order) / source.order
@@ -296,7 +302,7 @@ class Gear:
     runout_um: Annotated[float | None, NOT_NEGATIVE, "eccentricity of the wheel"] = None
     stiffness_N_um: Annotated[float | None, POSITIVE, "stiffness of the mesh"] = None
 
-    def sources(self) -> list[Source]:
+    def sources(self) -> list[OrderSource]:
         """Return the orders of the mesh, its sidebands, both wheels and the hunting tooth.
 
         Examples
@@ -307,7 +313,7 @@ class Gear:
         what, mesh = f"gear {self.name!r}", self.teeth * self.speed
         force = _force(self.stiffness_N_um, self.error_um)
         sources = [
-            Source(
+            OrderSource(
                 k * mesh,
                 f"{what}: mesh of {self.teeth} teeth" + (f" × {k}" if k > 1 else "") + force * (k == 1),
             )
@@ -317,19 +323,19 @@ class Gear:
         if self.mates is not None:
             wheels.append(("its mate", mesh / self.mates))
         sources += [
-            Source(mesh + side * speed, f"{what}: mesh modulated by {wheel} out of true")
+            OrderSource(mesh + side * speed, f"{what}: mesh modulated by {wheel} out of true")
             for wheel, speed in wheels
             for side in (-1.0, 1.0)
             if mesh - speed > 0.0
         ]
         runout = _force(self.stiffness_N_um, self.runout_um)
         sources += [
-            Source(speed, f"{what}: {wheel} turns{runout * (wheel == 'the wheel')}")
+            OrderSource(speed, f"{what}: {wheel} turns{runout * (wheel == 'the wheel')}")
             for wheel, speed in wheels
         ]
         if self.mates is not None:
             again = mesh / math.lcm(self.teeth, self.mates)
-            sources.append(Source(again, f"{what}: the same two teeth meet again (hunting tooth)"))
+            sources.append(OrderSource(again, f"{what}: the same two teeth meet again (hunting tooth)"))
         return sources
 
 
@@ -345,7 +351,7 @@ class Belt:
     runout_um: Annotated[float | None, NOT_NEGATIVE, "eccentricity of the pulley"] = None
     stiffness_N_um: Annotated[float | None, POSITIVE, "stiffness of the spans"] = None
 
-    def sources(self) -> list[Source]:
+    def sources(self) -> list[OrderSource]:
         """Return the orders of the belt, its pulley and the mesh of its teeth.
 
         Examples
@@ -359,13 +365,13 @@ class Belt:
             0.0 if self.teeth else MAX_BELT_SLIP,
         )
         sources = [
-            Source(k * turn, f"{what}: a place on the belt" + (f" × {k}" if k > 1 else ""), slip)
+            OrderSource(k * turn, f"{what}: a place on the belt" + (f" × {k}" if k > 1 else ""), slip)
             for k in range(1, HARMONICS + 1)
         ]
         pull = _force(self.stiffness_N_um, self.runout_um)
-        sources.append(Source(self.speed, f"{what}: the pulley turns{pull}"))
+        sources.append(OrderSource(self.speed, f"{what}: the pulley turns{pull}"))
         if self.teeth:
-            sources.append(Source(self.teeth * self.speed, f"{what}: mesh of {self.teeth} teeth"))
+            sources.append(OrderSource(self.teeth * self.speed, f"{what}: mesh of {self.teeth} teeth"))
         return sources
 
 
@@ -377,24 +383,24 @@ class DrivenShaft:
     speed: Annotated[float, POSITIVE, "speed divided by the crank speed"]
     unbalance_g_mm: Annotated[float | None, NOT_NEGATIVE, "unbalance"] = None
 
-    def sources(self, crank_rad_s: float | None) -> list[Source]:
+    def sources(self, crank_rad_s: float | None) -> list[OrderSource]:
         """Return the order of its rotation, with its force where speed and unbalance are known."""
         force = ""
         if crank_rad_s is not None and self.unbalance_g_mm is not None:
             newtons = self.unbalance_g_mm * (self.speed * crank_rad_s) ** 2 * N_PER_G_MM_S2
             force = f", {self.unbalance_g_mm:.4g} g·mm: {newtons:.4g} N"
-        return [Source(self.speed, f"shaft {self.name!r} turns{force}")]
+        return [OrderSource(self.speed, f"shaft {self.name!r} turns{force}")]
 
 
 @dataclass(frozen=True)
-class Drive:
+class DriveSources:
     """All gears, belts and shafts that the crank drives."""
 
     gears: Annotated[tuple[Gear, ...], Named("gear"), "pairs of wheels"] = ()
     belts: Annotated[tuple[Belt, ...], Named("belt"), "belts and chains"] = ()
     shafts: Annotated[tuple[DrivenShaft, ...], Named("shaft"), "shafts and accessories"] = ()
 
-    def sources(self, crank_rad_s: float | None) -> list[Source]:
+    def sources(self, crank_rad_s: float | None) -> list[OrderSource]:
         """Return the sources of all parts; ``crank_rad_s`` is the crank's speed, None where unknown."""
         return [
             *(source for gear in self.gears for source in gear.sources()),

@@ -10,7 +10,7 @@ from scipy import fft, signal
 
 from autobalance.declare import NotNegative, Positive
 from autobalance.errors import FormatError
-from autobalance.signals.record import Channel, Record, spelled, window
+from autobalance.signals.record import Channel, SignalRecord, spelled, window
 from autobalance.signals.sines import Sine, find_sines
 from autobalance.types import Array
 from autobalance.value_classes import dataclass
@@ -276,7 +276,7 @@ LOWEST_HZ = 2.0
 """Lowest frequency kept whole: below, integration would drown all in noise."""
 
 
-def as_quantity(record: Record, target: Quantity, tacho: str | None) -> Record:
+def as_quantity(record: SignalRecord, target: Quantity, tacho: str | None) -> SignalRecord:
     """Return a record with all channels of motion converted to one quantity; the tacho and others stay.
 
     Raises

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from autobalance.balancing.measured import Crank
     from autobalance.job import Job
     from autobalance.runtime import Progress
-    from autobalance.signals.analysis import Analysis, Question
+    from autobalance.signals.analysis import AnalysisOptions, SignalAnalysis
     from autobalance.signals.answer import OrdersReport
-    from autobalance.signals.record import Channel, Record
-    from autobalance.signals.sources import Drive, RollingBearing, Source
+    from autobalance.signals.record import Channel, SignalRecord
+    from autobalance.signals.sources import BearingSource, DriveSources, OrderSource
     from autobalance.signals.spectra import Quantity
 
 BEARING_KEYS = ("balls", "ball", "pitch", "contact", "speed")
@@ -35,7 +35,7 @@ class OrdersResult(VerbResult):
     """Orders, levels and sources of a record; with the analysis itself, for plots and the page."""
 
     content: OrdersReport
-    analysis: Analysis | None = field(default=None)
+    analysis: SignalAnalysis | None = field(default=None)
     predicted: tuple[tuple[float | None, float], ...] = ()
     """Speeds [1/min] (None: any) and natural frequencies [Hz] computed elsewhere, for the waterfall."""
 
@@ -188,10 +188,10 @@ def orders(
     >>> [round(row["amplitude"], 9) for row in result.report["orders"][:3]]
     [0.0, 0.5, 0.0]
     """
-    from autobalance.signals.analysis import Question, analyse
+    from autobalance.signals.analysis import AnalysisOptions, analyse
     from autobalance.signals.answer import Asked, OrdersReport, explained, orders_values
 
-    question = Question(
+    question = AnalysisOptions(
         channel=channel, speed_rpm=speed_rpm, tacho=tacho, pulses_per_rev=pulses_per_rev, threshold=threshold,
         window=window, max_order=max_order, peaks=peaks, natural=natural, excitation=excitation,
         frequencies_hz=None if frequencies is None else tuple(map(float, frequencies)),
@@ -253,12 +253,12 @@ def _record(
     calibration: Mapping[str, float | str] | None,
     quantity: Quantity | None,
     tacho: str | None,
-) -> Record:
+) -> SignalRecord:
     from autobalance.signals.formats import read
-    from autobalance.signals.record import Record, calibration_factor
+    from autobalance.signals.record import SignalRecord, calibration_factor
 
     if isinstance(source, Mapping):
-        record = Record("arrays", "arrays", _channels(source, sample_rate))
+        record = SignalRecord("arrays", "arrays", _channels(source, sample_rate))
     else:
         record = read(source, sample_rate)
     factors = {
@@ -293,10 +293,10 @@ def _channels(arrays: Mapping[str, ArrayLike], sample_rate: float | None) -> tup
     return tuple(channels)
 
 
-def _bearing(geometry: Mapping[str, float]) -> RollingBearing:
+def _bearing(geometry: Mapping[str, float]) -> BearingSource:
     import math
 
-    from autobalance.signals.sources import RollingBearing
+    from autobalance.signals.sources import BearingSource
 
     for key in geometry:
         if key not in BEARING_KEYS:
@@ -306,24 +306,28 @@ def _bearing(geometry: Mapping[str, float]) -> RollingBearing:
             raise FormatError(f"bearing: {key} is missing")
     if float(geometry["balls"]) % 1.0:
         raise FormatError(f"bearing: balls is {geometry['balls']:g}; must be a whole number")
-    return RollingBearing(
+    return BearingSource(
         int(geometry["balls"]), float(geometry["ball"]), float(geometry["pitch"]),
         math.radians(float(geometry.get("contact", 0.0))), float(geometry.get("speed", 1.0)),
     )  # fmt: skip
 
 
-def _drive(file: str | Path | Mapping[str, Any] | None, job: Job | None) -> list[Drive]:
+def _drive(file: str | Path | Mapping[str, Any] | None, job: Job | None) -> list[DriveSources]:
     """Return the gears, belts and shafts that the crank drives, of a separate file and of the job."""
     from autobalance.signals.drive_input import read_drive
-    from autobalance.signals.sources import Drive
+    from autobalance.signals.sources import DriveSources
 
     own = [] if file is None else [read_drive(file)]
-    return own if job is None else [*own, *filter(None, (job.table(Drive),))]
+    return own if job is None else [*own, *filter(None, (job.table(DriveSources),))]
 
 
 def _sources(
-    question: Question, job: Job | None, drives: list[Drive], analysis: Analysis, progress: Progress
-) -> list[Source]:
+    question: AnalysisOptions,
+    job: Job | None,
+    drives: list[DriveSources],
+    analysis: SignalAnalysis,
+    progress: Progress,
+) -> list[OrderSource]:
     from autobalance.signals.sources import bearing_sources, shaft_source
 
     speed = None if analysis.speed.turning is None else analysis.speed.turning.mean_rpm * RAD_S_PER_RPM
@@ -343,7 +347,7 @@ def _sources(
     return moving + (_torque_sources(job, crank, speed_rpm) if "cycle" in job.raw else [])
 
 
-def _torque_sources(job: Job, crank: Crank, speed_rpm: float | None) -> list[Source]:
+def _torque_sources(job: Job, crank: Crank, speed_rpm: float | None) -> list[OrderSource]:
     """Return the torque orders of a job's working cycle, and those of its drives' pull."""
     from autobalance.balancing.engine_from_job import as_measured
     from autobalance.engines.cycle.analysis import CycleAnalysis
@@ -365,7 +369,7 @@ def _job(source: str | Path | Job, settings: Sequence[str]) -> Job:
 
 
 def _question_fields(
-    question: Question, first: Record, second: Record | None, sample_rate: float | None,
+    question: AnalysisOptions, first: SignalRecord, second: SignalRecord | None, sample_rate: float | None,
     calibration: Mapping[str, float | str] | None, bearing: Mapping[str, float] | None,
 ) -> Values:  # fmt: skip
     """Return the fields of ``Asked`` that a question and its records have."""

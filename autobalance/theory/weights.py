@@ -17,7 +17,7 @@ from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True)
-class Hole:
+class HoleEffect:
     """Mass, unbalance and force of a drilled hole."""
 
     mass_g: float
@@ -219,7 +219,7 @@ def drilled_hole(
     radius_mm: float,
     speed_rpm: float | None = None,
     density_kg_m3: float = STEEL_KG_M3,
-) -> Hole:
+) -> HoleEffect:
     """Return the unbalance of a flat-bottomed hole at a radius, and its force at a speed.
 
     Parameters
@@ -243,7 +243,9 @@ def drilled_hole(
     """
     mass = cylinder_mass_g(diameter_mm, depth_mm, density_kg_m3)
     unbalance = mass * radius_mm
-    return Hole(mass, unbalance, None if speed_rpm is None else centrifugal_force_n(unbalance, speed_rpm))
+    return HoleEffect(
+        mass, unbalance, None if speed_rpm is None else centrifugal_force_n(unbalance, speed_rpm)
+    )
 
 
 def drill_chart(

@@ -19,10 +19,10 @@ from autobalance.balancing.loop import Result, balance, left_as_it_is
 from autobalance.balancing.machine_reading import (
     MAX_DIFFERENCE_SIGMAS,
     MAX_LEFT,
-    Comparison,
     JudgedReading,
     MachineAccuracy,
     PlaneReading,
+    ReadingComparison,
     StageSuspect,
     bob_weight_fit,
     judged_reading,
@@ -330,7 +330,7 @@ class RecutStage:
             self._warn_of_bob_weights(judged)
             return []
         cuts = self.earlier.unbalance("residual") - self.earlier.unbalance("initial")
-        compared = Comparison(judged, before, cuts, self._per_gram(), self.tolerance.places_mm)
+        compared = ReadingComparison(judged, before, cuts, self._per_gram(), self.tolerance.places_mm)
         suspected = suspects(compared)
         if suspected and not self.trust:
             worst = suspected[0]

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 from autobalance.declare import ABSENT
 from autobalance.report.bundle import bundle
 from autobalance.report.files import Staging, earlier_report, remove_stale, seen_from
-from autobalance.report.material import Choice, Material
+from autobalance.report.material import Choice, FileMaterial
 from autobalance.runtime import Notify
 
 if TYPE_CHECKING:
@@ -274,4 +274,6 @@ def _pages(record: Record, before: Crank, choice: Choice, notify: Notify) -> dic
     cut = record.balanced.result
     values = showable(report(record))
     crank = before.measured
-    return bundle(Material(values, choice, crank.source.solid, cut.to_show, cut.tools, notify, crank=crank))
+    return bundle(
+        FileMaterial(values, choice, crank.source.solid, cut.to_show, cut.tools, notify, crank=crank)
+    )

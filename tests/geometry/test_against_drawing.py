@@ -10,7 +10,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.crank.against import deviations_mm
-from autobalance.report.material import Choice, Material
+from autobalance.report.material import Choice, FileMaterial
 from autobalance.report.pictures.picture import surface_image
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import Written
@@ -79,7 +79,7 @@ def test_a_dent_in_a_rim_stands_off_it_and_the_page_shows_the_surface(folder: Pa
     near = np.linalg.norm(np.abs(placed) - np.abs(DENT[:3]), axis=1)
     off = deviations_mm(mesh, anatomy)
     assert np.nanmin(off[near < DENT[3]]) < -0.2
-    shown = Material(
+    shown = FileMaterial(
         {}, Choice(()), crank.measured.source.solid, None, (), lambda _: None, crank=crank.measured
     )
     assert shown.surface is not None

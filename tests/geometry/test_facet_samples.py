@@ -18,7 +18,7 @@ from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.chordal_error import of_mesh
 from autobalance.solid.chordal_error.estimate import ChordalError, chordal_error_of, estimate_chordal_error
 from autobalance.solid.chordal_error.look import lies_on, look_at
-from autobalance.solid.chordal_error.revolved import Revolved as Surface
+from autobalance.solid.chordal_error.revolved import RevolvedSurface as Surface
 from autobalance.solid.csg.shape import (
     Arc,
     Bar,

@@ -10,7 +10,7 @@ import pytest
 from autobalance.crank.recognition.rough_fits import (
     Fit,
     Noise,
-    Region,
+    WeightedPoints,
     fit_circle_along_z,
     fit_line,
     fit_plane,
@@ -53,7 +53,7 @@ def _scanned(cylinders: Cylinders, reaches_mm: tuple[float, ...], seed: int) -> 
     move = math.sqrt(1.0 - WHITE_SHARE) * waves + math.sqrt(WHITE_SHARE) * rng.normal(size=len(points))
     ends = np.cumsum([len(place) for place, _ in ideal])[:-1]
     regions = [
-        Region(place + SIGMA_MM * off[:, None] * outward, np.ones(len(place)))
+        WeightedPoints(place + SIGMA_MM * off[:, None] * outward, np.ones(len(place)))
         for (place, outward), off in zip(ideal, np.split(move, ends), strict=True)
     ]
     starts = [(np.array([aside, 0.0]), radius) for _, _, radius, aside in cylinders]
@@ -89,7 +89,7 @@ def test_a_plane_goes_through_most_of_its_area_where_most_points_stand_off_it() 
     angle = rng.uniform(0.0, 2.0 * math.pi, 400)
     rim = np.column_stack([12.0 * np.cos(angle), 12.0 * np.sin(angle), np.full(400, 7.04)])
     rim[:, 2] += 1e-3 * rim[:, 0] - 2e-3 * rim[:, 1]
-    fit = fit_plane(Region(np.concatenate([face, rim]), np.repeat([40.0, 0.01], [40, 400])))
+    fit = fit_plane(WeightedPoints(np.concatenate([face, rim]), np.repeat([40.0, 0.01], [40, 400])))
     assert len(fit.points) == 40
     assert fit.values[1:] == pytest.approx([1e-3, -2e-3], abs=1e-9)
     assert np.abs(fit.residuals).max() < 1e-9

@@ -10,7 +10,7 @@ import pytest
 
 from autobalance.correction.machining import AreaOperation
 from autobalance.crank.anatomy import Anatomy
-from autobalance.machining.area_moves import Listed, Part, hops, strip, top_mm
+from autobalance.machining.area_moves import Listed, MachinedCrank, hops, strip, top_mm
 from autobalance.machining.input import Go, read_machine_tool
 from autobalance.machining.planner import Planner
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -24,14 +24,16 @@ POST = Solid.box(np.array([-8.0, -8.0, 10.0]), np.array([8.0, 8.0, 60.0]))
 CLEAR_MM = 5.0
 
 
-def part(solid: Solid, region: Region) -> Part:
+def part(solid: Solid, region: Region) -> MachinedCrank:
     """A plate whose top is lowered in some places."""
     item = {"number": 1, "kind": "shoulder", "web": 1, "angle_deg": 0.0, "depth_mm": 1.0}
     cut = Listed(item, AreaOperation(region, 1, 20.0, 1.0, None))
     nothing = Unbalance(np.zeros(2), np.zeros(2))
     tolerance = Tolerance(16.0, 600.0, 1000.0, 25.0, (), "static")
     anatomy = Anatomy(np.eye(4), (), (), (), 0.0)
-    return Part("plate", Path("report.json"), "", solid, solid, anatomy, 7.85e-3, tolerance, nothing, (cut,))
+    return MachinedCrank(
+        "plate", Path("report.json"), "", solid, solid, anatomy, 7.85e-3, tolerance, nothing, (cut,)
+    )
 
 
 @pytest.mark.parametrize("post", [True, False])

@@ -16,7 +16,7 @@ import autobalance as ab
 from autobalance.command import main
 from autobalance.correction.machining import HoleOperation
 from autobalance.errors import FormatError, JobError
-from autobalance.machining.area_moves import Part, Stock
+from autobalance.machining.area_moves import MachinedCrank, Stock
 from autobalance.machining.input import read_machine_tool
 from autobalance.machining.interpreter import read_program
 from autobalance.machining.run import NcRun, nc_run, refuse_travel, simulated
@@ -33,12 +33,12 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def part(report: Path) -> Part:
+def part(report: Path) -> MachinedCrank:
     return nc_jobs.part_of(report)
 
 
 @pytest.fixture(scope="module")
-def run(part: Part) -> NcRun:
+def run(part: MachinedCrank) -> NcRun:
     return nc_run(part, read_machine_tool(nc_jobs.machine()))
 
 
@@ -102,14 +102,14 @@ def test_flutes_are_those_of_drills_and_mills() -> None:
         read_machine_tool(nc_jobs.machine(tool=[drill]))
 
 
-def test_comments_of_fanuc_hold_no_end_of_a_block(part: Part) -> None:
+def test_comments_of_fanuc_hold_no_end_of_a_block(part: MachinedCrank) -> None:
     run = nc_run(part, read_machine_tool(nc_jobs.machine(post="fanuc")))
     for program in run.programs:
         assert "RUN 100 MM ABOVE THE PART FIRST, NOT PROVEN ON A MACHINE" in program.text
         assert ";" not in program.text
 
 
-def test_a_holder_that_is_too_wide_is_refused(part: Part) -> None:
+def test_a_holder_that_is_too_wide_is_refused(part: MachinedCrank) -> None:
     drill = nc_jobs.tool(
         1, "drill", diameter_mm=10.0, flute_mm=20.0, stick_out_mm=20.0, holder=[[80.0, 50.0]]
     )
@@ -172,7 +172,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_a_machine_file_that_cannot_be(part: Part, name: str) -> None:
+def test_a_machine_file_that_cannot_be(part: MachinedCrank, name: str) -> None:
     values, why = BAD[name]
     with pytest.raises(JobError) as raised:
         nc_run(part, read_machine_tool(values))
@@ -180,7 +180,7 @@ def test_a_machine_file_that_cannot_be(part: Part, name: str) -> None:
     assert "\n" not in str(raised.value)
 
 
-def test_what_no_set_up_reaches_is_left_out(part: Part) -> None:
+def test_what_no_set_up_reaches_is_left_out(part: MachinedCrank) -> None:
     without = nc_jobs.machine()
     del without["rotary"]
     found = nc_run(part, read_machine_tool(without))
@@ -190,7 +190,7 @@ def test_what_no_set_up_reaches_is_left_out(part: Part) -> None:
     assert found.residual.magnitude_g_mm > 10.0 * part.residual.magnitude_g_mm
 
 
-def test_metal_left_on_purpose_is_what_the_machine_will_read(part: Part, run: NcRun) -> None:
+def test_metal_left_on_purpose_is_what_the_machine_will_read(part: MachinedCrank, run: NcRun) -> None:
     values = nc_jobs.machine()
     values["zero"]["finish_mm"] = 0.5
     found = nc_run(part, read_machine_tool(values))

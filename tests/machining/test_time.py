@@ -12,7 +12,7 @@ import pytest
 
 from autobalance.correction.machining import HoleOperation, angle_deg
 from autobalance.drawn_cranks.design import PRESETS
-from autobalance.machining.area_moves import Listed, Part
+from autobalance.machining.area_moves import Listed, MachinedCrank
 from autobalance.machining.input import read_machine_tool
 from autobalance.machining.run import nc_run
 from autobalance.machining.simulator import operation_body
@@ -26,7 +26,7 @@ DEPTH_MM = 12.0
 WITHIN_S = 10.0
 
 
-def drilled_through_and_through(part: Part) -> Part:
+def drilled_through_and_through(part: MachinedCrank) -> MachinedCrank:
     """A six in line with holes side by side in the rim of every counterweight, instead of a part's crank."""
     crank = generated_crank(PRESETS["inline-6"], seed=3, segments=156)
     anatomy = crank.truth

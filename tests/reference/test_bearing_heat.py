@@ -13,7 +13,7 @@ import pytest
 from scipy.integrate import quad
 
 import autobalance as ab
-from autobalance.engines.bearings.fed_states import HeatPath, Stage, steady_temperature_C, warming
+from autobalance.engines.bearings.fed_states import HeatPath, SpeedStage, steady_temperature_C, warming
 from autobalance.engines.bearings.oil import WaltherOil
 from tests.coarse import bundled_corners
 from tests.jobs import write_stl
@@ -110,7 +110,7 @@ def test_under_a_constant_power_the_temperature_is_an_exponential() -> None:
     path = HeatPath(600.0, 4.0, 20.0, 1.5, 50.0)
     lost = path.conductance_W_K + path.flow_W_K
     end = (4.0 * 20.0 + 1.5 * 50.0 + 250.0) / lost
-    run = warming(path, [Stage(100.0, lambda _: 250.0), Stage(200.0, lambda _: 0.0)], 30.0, 10.0)
+    run = warming(path, [SpeedStage(100.0, lambda _: 250.0), SpeedStage(200.0, lambda _: 0.0)], 30.0, 10.0)
     rising = run.time_s <= 100.0
     expected = end + (30.0 - end) * np.exp(-lost / 600.0 * run.time_s[rising])
     assert run.celsius[rising] == pytest.approx(expected, abs=1e-6)
@@ -124,14 +124,14 @@ def test_with_an_oil_the_time_to_a_temperature_is_an_integral() -> None:
     def power(celsius: float) -> float:
         return float(200.0 * (oil.kinematic_mm2_s(celsius) / 100.0) ** (2.0 / 3.0))
 
-    run = warming(path, [Stage(120.0, power)], 25.0)
+    run = warming(path, [SpeedStage(120.0, power)], 25.0)
     end = float(run.celsius[-1])
     time, _ = quad(lambda celsius: 500.0 / (power(celsius) - path.lost_W(celsius)), 25.0, end, epsrel=1e-12)
     assert time == pytest.approx(120.0, rel=1e-7)
 
 
 def test_without_a_way_out_all_heat_stays() -> None:
-    run = warming(HeatPath(500.0, 0.0, 20.0), [Stage(10.0, lambda _: 100.0)], 20.0)
+    run = warming(HeatPath(500.0, 0.0, 20.0), [SpeedStage(10.0, lambda _: 100.0)], 20.0)
     assert run.celsius[-1] == pytest.approx(22.0, abs=EXACT)
     assert run.lost_J[-1] == 0.0
 

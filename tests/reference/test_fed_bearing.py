@@ -19,7 +19,7 @@ from autobalance.engines.bearings.fed_film import (
     fed_film_at_eccentricity,
     fed_film_at_load,
 )
-from autobalance.engines.bearings.fed_mesh import Mesh
+from autobalance.engines.bearings.fed_mesh import BushMesh
 from autobalance.engines.bearings.film import (
     Boundary,
     JournalBearing,
@@ -56,8 +56,8 @@ def ring(restrictor: Restrictor | None = None) -> tuple[Feed, ...]:
     return (Feed(0.0, 2.0 * math.pi, 0.0, 0.005, SUPPLY_PA, restrictor),)
 
 
-def bearing(feeds: tuple[Feed, ...], speed_rad_s: float = SPEED_RAD_S) -> tuple[FedBearing, Mesh]:
-    return FedBearing(BEARING, feeds, OIL_PA_S, speed_rad_s), Mesh.of(BEARING, feeds, GRID)
+def bearing(feeds: tuple[Feed, ...], speed_rad_s: float = SPEED_RAD_S) -> tuple[FedBearing, BushMesh]:
+    return FedBearing(BEARING, feeds, OIL_PA_S, speed_rad_s), BushMesh.of(BEARING, feeds, GRID)
 
 
 def carrying(feeds: tuple[Feed, ...], speed_rad_s: float, load_N: float) -> FedFilm | None:
@@ -90,7 +90,7 @@ def test_appendix_a_friction_of_equation_7_2() -> None:
 @pytest.mark.parametrize("boundary", ["reynolds", "half", "full"])
 def test_without_feeds_it_is_the_film_of_the_other_solver(boundary: Boundary) -> None:
     case = FedBearing(BEARING, (), OIL_PA_S, SPEED_RAD_S, boundary=boundary)
-    film = found(fed_film_at_eccentricity(case, Mesh.of(BEARING, (), (240, 60)), 0.6))
+    film = found(fed_film_at_eccentricity(case, BushMesh.of(BEARING, (), (240, 60)), 0.6))
     other = film_at_eccentricity(BEARING, reynolds(BEARING.slenderness, boundary), OIL_PA_S, SPEED_RAD_S, 0.6)
     assert other is not None
     assert film.load_N == pytest.approx(other.load_N, rel=1e-3)
@@ -129,7 +129,7 @@ def test_a_hole_feeds_a_strip_as_a_source_between_grounded_edges_does() -> None:
     diameter = 3e-3
     side = 0.8472 * diameter
     feeds = (Feed(0.0, side / long.radius_m, 0.0, side, SUPPLY_PA),)
-    film = fed_film(FedBearing(long, feeds, OIL_PA_S, 0.0), Mesh.of(long, feeds, (500, 50)), CENTRE)
+    film = fed_film(FedBearing(long, feeds, OIL_PA_S, 0.0), BushMesh.of(long, feeds, (500, 50)), CENTRE)
     exact = (
         math.pi
         * long.clearance_m**3
@@ -181,7 +181,7 @@ def test_two_halves_are_the_whole() -> None:
     moved = tuple(replace(feed, z_m=1e-12) for feed in case.feeds)  # off the middle: both halves have cells
     place = np.array([0.3, 0.2])
     half = fed_film(case, mesh, place)
-    whole = fed_film(replace(case, feeds=moved), Mesh.of(BEARING, moved, GRID), place)
+    whole = fed_film(replace(case, feeds=moved), BushMesh.of(BEARING, moved, GRID), place)
     assert mesh.halves == 2.0
     assert whole.mesh.halves == 1.0
     assert whole.force_N == pytest.approx(half.force_N, rel=1e-4)

@@ -12,7 +12,7 @@ import pytest
 import autobalance as ab
 from autobalance.command.main import main
 from autobalance.crank.sections import sections
-from autobalance.crank_dynamics.flexible.crank_in_films import CrankOnSprings, Stretch
+from autobalance.crank_dynamics.flexible.crank_in_films import BeamPiece, CrankOnSprings
 from autobalance.crank_dynamics.flexible.cycle import flexible_cycle, shaft_twists
 from autobalance.crank_dynamics.strength.web_loads import web_loads
 from autobalance.crank_dynamics.torsion.from_job import crank_chain
@@ -34,7 +34,7 @@ def loads(count: int, at: int, force: complex) -> Any:
 
 def test_a_beam_on_two_springs_sinks_as_in_closed_form() -> None:
     """F L³/(48 EI) and half of F on each spring; across its plane three times as stiff."""
-    half = Stretch(100.0, EI, 3.0 * EI)
+    half = BeamPiece(100.0, EI, 3.0 * EI)
     beam = CrankOnSprings([half, half], np.array([5e4, 0.0, 5e4]))
     moved = beam.deflections_mm(loads(3, 1, 1000.0 + 500.0j))[:, 0]
     assert moved[[0, 2]] == pytest.approx((1000.0 + 500.0j) / 1e5, rel=1e-9)
@@ -43,9 +43,9 @@ def test_a_beam_on_two_springs_sinks_as_in_closed_form() -> None:
 
 
 def test_a_plane_of_bending_turns_with_its_angle() -> None:
-    halves = [Stretch(100.0, EI, 4.0 * EI, 0.7)] * 2
+    halves = [BeamPiece(100.0, EI, 4.0 * EI, 0.7)] * 2
     turn = np.exp(0.7j)
-    plain = CrankOnSprings([Stretch(100.0, EI, 4.0 * EI)] * 2, np.array([1e5, 0.0, 1e5]))
+    plain = CrankOnSprings([BeamPiece(100.0, EI, 4.0 * EI)] * 2, np.array([1e5, 0.0, 1e5]))
     turned = CrankOnSprings(halves, np.array([1e5, 0.0, 1e5]))
     assert turned.deflections_mm(loads(3, 1, 300.0 * turn)) == pytest.approx(
         turn * plain.deflections_mm(loads(3, 1, 300.0 + 0.0j)), rel=1e-9
@@ -54,7 +54,7 @@ def test_a_plane_of_bending_turns_with_its_angle() -> None:
 
 def test_two_spans_share_their_loads_as_a_continuous_beam() -> None:
     """F in the middle of each: 5/16 F outside, 11/8 F in the middle, on supports that do not give."""
-    half = Stretch(100.0, EI, EI)
+    half = BeamPiece(100.0, EI, EI)
     springs = 1e12 * np.array([1.0, 0.0, 1.0, 0.0, 1.0])
     forces = loads(5, 1, 1600.0) + loads(5, 3, 1600.0)
     moved = CrankOnSprings([half] * 4, springs).deflections_mm(forces)
@@ -63,7 +63,7 @@ def test_two_spans_share_their_loads_as_a_continuous_beam() -> None:
 
 def test_a_beam_that_nothing_holds_is_refused() -> None:
     with pytest.raises(ValueError, match="springs under two mains"):
-        CrankOnSprings([Stretch(1.0, EI, EI)], np.array([1e5, 0.0])).deflections_mm(loads(2, 0, 1.0))
+        CrankOnSprings([BeamPiece(1.0, EI, EI)], np.array([1e5, 0.0])).deflections_mm(loads(2, 0, 1.0))
 
 
 @lru_cache(maxsize=2)

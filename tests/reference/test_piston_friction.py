@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 import autobalance as ab
 from autobalance.engines.cycle.block_roll import roll_curves
-from autobalance.engines.cycle.factors import MainLoads, key_figures, with_inertia, with_reciprocating
+from autobalance.engines.cycle.factors import FactorMainLoads, key_figures, with_inertia, with_reciprocating
 from autobalance.engines.cycle.piston_friction import PistonFriction
 from autobalance.errors import JobError
 from autobalance.running_gear.loads import loads
@@ -195,7 +195,7 @@ def test_key_figures_by_the_gauss_points_are_those_of_all_angles(engine: str, pi
     keys = {"drive": [chain()], "gravity": {"direction_deg": 170.0}}
     result = radial_cycle(piston) if engine == "radial" else cycle(piston, **keys)
     firing, speed = result.analysis.firing, result.analysis.speed_rad_s
-    mains = MainLoads.of(firing)
+    mains = FactorMainLoads.of(firing)
     for factor, at in ((None, 0.3 * speed), (0.5, speed), (1.0, 4.0 * speed)):
         means = firing.grid.mean(mains.sizes_n(factor, at))
         bare = firing.gas_mean_n_m - mains.friction_mean_n_m(means, at)

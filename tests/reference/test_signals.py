@@ -10,7 +10,7 @@ import pytest
 from autobalance.signals.analysis import uncertain_ratio
 from autobalance.signals.by_angle import Turning
 from autobalance.signals.sines import find_sines
-from autobalance.signals.sources import UNEXPLAINED, RollingBearing, bearing_sources, candidates
+from autobalance.signals.sources import UNEXPLAINED, BearingSource, bearing_sources, candidates
 from autobalance.signals.speed import crossings, order_lines
 from tests.reference.published import check, inputs
 from tests.signals import TURN, channel, instants, orders_of
@@ -88,7 +88,7 @@ def test_ratios_of_two_configurations() -> None:
 def test_bearing_order_claim() -> None:
     """RU-14: eleven balls at half speed strike 2.2 and 3.3 times a turn; order 5.5 is unexplained by them."""
     given = inputs("RU-14")
-    bearing = RollingBearing(round(given["N"]), given["q"], 1.0, 0.0, given["f"])
+    bearing = BearingSource(round(given["N"]), given["q"], 1.0, 0.0, given["f"])
     found = {"N_f": given["N"] * given["f"], "BPFO": bearing.bpfo, "BPFI": bearing.bpfi}
     check("RU-14", {**found, "sum": bearing.bpfo + bearing.bpfi})
     sources = bearing_sources(bearing)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from autobalance.engines.forces.stroking import Rotor, crankpin_overlap_mm, disc_rotor, substitute_rotor
+from autobalance.engines.forces.stroking import MidspanDisc, crankpin_overlap_mm, disc_rotor, substitute_rotor
 from autobalance.rigid_rotor.tolerance import (
     achieved_grade_mm_s,
     permissible_unbalance_g_mm,
@@ -86,7 +86,7 @@ def test_cpo_01() -> None:
 def test_rot_01() -> None:
     given = inputs("ROT-01")
 
-    def rotor(disc_mm: float) -> Rotor:
+    def rotor(disc_mm: float) -> MidspanDisc:
         return substitute_rotor(given["I"], disc_mm, given["d2"], given["L1"], DENSITY_KG_M3)
 
     printed = disc_rotor(98.0, given["d2"], given["L1"], 36.704, DENSITY_KG_M3)

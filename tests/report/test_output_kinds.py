@@ -11,7 +11,7 @@ import pytest
 import autobalance as ab
 from autobalance.command.main import full_parser
 from autobalance.report import output_kinds
-from autobalance.report.material import Material
+from autobalance.report.material import FileMaterial
 from autobalance.report.output_kinds import KINDS, OutputKind, choices, register
 from autobalance.report.records.outputs import Outputs
 from tests import jobs
@@ -37,7 +37,7 @@ def cuts_csv() -> Iterator[None]:
     del output_kinds._KINDS["dro"]
 
 
-def _cuts(made: Material) -> bytes:
+def _cuts(made: FileMaterial) -> bytes:
     return "\n".join(f"{cut['kind']},{cut['depth_mm']}" for cut in made.report["corrections"]).encode()
 
 

@@ -8,11 +8,11 @@ import pytest
 from autobalance.errors import FormatError
 from autobalance.signals.bearing import defects, envelope, liveliest_band
 from autobalance.signals.by_angle import Turning
-from autobalance.signals.sources import RollingBearing
+from autobalance.signals.sources import BearingSource
 from tests.signals import TURN, channel, instants, ramp, turning
 
 RATE = 20_000.0
-B6205 = RollingBearing(9, 0.3126, 1.537)
+B6205 = BearingSource(9, 0.3126, 1.537)
 
 
 def test_6205_as_its_maker_tells() -> None:
@@ -26,14 +26,14 @@ def test_6205_as_its_maker_tells() -> None:
 
 def test_orders_add_up() -> None:
     """BPFO + BPFI = N; BPFO = N FTF: kinematics, whatever the angle."""
-    bearing = RollingBearing(11, 8.0, 40.0, np.radians(15.0), 0.5)
+    bearing = BearingSource(11, 8.0, 40.0, np.radians(15.0), 0.5)
     assert bearing.bpfo + bearing.bpfi == pytest.approx(11 * 0.5)
     assert bearing.bpfo == pytest.approx(11 * bearing.ftf)
 
 
 def test_ru_14_eleven_balls_at_half_speed_give_no_order_5_5() -> None:
     """The document took N f = 5.5 for a defect order; it is BPFO + BPFI."""
-    bearing = RollingBearing(11, 0.2, 1.0, 0.0, 0.5)
+    bearing = BearingSource(11, 0.2, 1.0, 0.0, 0.5)
     assert (bearing.bpfo, bearing.bpfi) == pytest.approx((2.2, 3.3))
     assert all(abs(order - 5.5) > 0.5 for order in bearing.orders().values())
 
@@ -91,7 +91,7 @@ def test_liveliest_band_holds_the_ringing() -> None:
 )
 def test_impossible_bearing(arguments: tuple[float, ...], words: str) -> None:
     with pytest.raises(FormatError, match=words):
-        RollingBearing(int(arguments[0]), *arguments[1:])
+        BearingSource(int(arguments[0]), *arguments[1:])
 
 
 def test_band_must_be_the_record_s() -> None:

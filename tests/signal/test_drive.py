@@ -11,7 +11,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.job.read import load
-from autobalance.signals.sources import MAX_BELT_SLIP, Belt, Drive, DrivenShaft, Gear
+from autobalance.signals.sources import MAX_BELT_SLIP, Belt, DrivenShaft, DriveSources, Gear
 from tests import jobs
 from tests.signals import TURN, instants, orders_of, write_csv
 
@@ -82,7 +82,9 @@ def test_a_shafts_force_is_that_of_its_unbalance_at_its_own_speed() -> None:
     (source,) = DrivenShaft("pump", 0.5, 300.0).sources(TURN * SPEED_HZ)
     newtons = 300.0e-6 * (0.5 * TURN * SPEED_HZ) ** 2
     assert source.text.endswith(f"{newtons:.4g} N")
-    assert Drive(shafts=(DrivenShaft("pump", 0.5, 300.0),)).sources(None)[0].text == "shaft 'pump' turns"
+    assert (
+        DriveSources(shafts=(DrivenShaft("pump", 0.5, 300.0),)).sources(None)[0].text == "shaft 'pump' turns"
+    )
 
 
 def test_lines_of_a_record_are_given_to_the_parts_that_make_them(record: Path) -> None:
@@ -101,7 +103,7 @@ def test_the_same_stands_in_a_job(record: Path, tmp_path: Path, capsys: pytest.C
     job = jobs.pin_job(tmp_path)
     text = job.read_text(encoding="utf-8") + DRIVE.replace("[[", "[[drive.")
     job.write_text(text, encoding="utf-8")
-    drive = load(job).table(Drive)
+    drive = load(job).table(DriveSources)
     assert drive is not None
     assert (drive.gears[0].name, drive.belts[0].name) == ("timing", "fan")
     assert drive.shafts[0].name == "pump"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.signals.record import Record
+from autobalance.signals.record import SignalRecord
 from autobalance.signals.spectra import STANDARD_GRAVITY, as_quantity, band_rms, integrated, welch
 from tests import jobs
 from tests.signals import TURN, channel, instants, write_csv
@@ -75,7 +75,7 @@ def test_what_has_no_motion_is_not_integrated(tmp_path: Path, capsys: pytest.Cap
     assert "no channel of acceleration, velocity or displacement: mic [V]" in error
     assert error.count("\n") == 1
     tacho = channel(np.cos(TURN * t), RATE, "tacho", "g")
-    both = Record("r", "CSV", (channel(np.cos(TURN * 9.0 * t), RATE), tacho))
+    both = SignalRecord("r", "CSV", (channel(np.cos(TURN * 9.0 * t), RATE), tacho))
     assert as_quantity(both, "velocity", "tacho").channels[1] is tacho
 
 

@@ -18,7 +18,7 @@ from autobalance.test_stands.bench.rotor import (
     bench_friction,
     missing_unbalance_g_mm,
 )
-from autobalance.test_stands.bench.speed_control import SpeedControl, Trace, loop_margin, ramp_and_hold
+from autobalance.test_stands.bench.speed_control import SpeedControl, SpeedTrace, loop_margin, ramp_and_hold
 from autobalance.test_stands.bench.verb import bench
 from autobalance.toml_files.keys import json_schema
 
@@ -36,7 +36,7 @@ def rpm(speed: float) -> float:
     return speed * math.pi / 30.0
 
 
-def run(friction: float, control: SpeedControl, speed_rpm: float = 3000.0) -> Trace:
+def run(friction: float, control: SpeedControl, speed_rpm: float = 3000.0) -> SpeedTrace:
     return ramp_and_hold(J, lambda _: friction, control, rpm(speed_rpm), 2.0, 1.5)
 
 

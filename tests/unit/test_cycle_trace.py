@@ -10,7 +10,7 @@ import pytest
 
 from autobalance.engines.cycle.closed_part import Chamber, Charge, Wiebe
 from autobalance.engines.cycle.cylinder import CylinderCycle, GasExchange
-from autobalance.engines.cycle.trace import Trace, read_trace
+from autobalance.engines.cycle.trace import PressureTrace, read_trace
 from autobalance.errors import FileError, FormatError
 from autobalance.running_gear.slider_crank import SliderCrank
 from autobalance.types import Array
@@ -24,7 +24,7 @@ CHARGE = Charge(BAR, 330.0, 1.35)
 MODEL = CylinderCycle.modelled(CHAMBER, EXCHANGE, CHARGE, Wiebe(-0.2, 0.8, 5.0, 3.0, 9e5), None)
 
 
-def measured(trace: Trace, exchange: GasExchange = EXCHANGE) -> CylinderCycle:
+def measured(trace: PressureTrace, exchange: GasExchange = EXCHANGE) -> CylinderCycle:
     return CylinderCycle.measured(CHAMBER, exchange, CHARGE, trace)
 
 
@@ -38,7 +38,10 @@ def test_a_trace_of_the_model_gives_its_work_back_quadratically() -> None:
     for step in (2.0, 1.0, 0.5):
         at = angles(-360.0, 360.0 - step, step)
         off.append(
-            abs(measured(Trace.cut(at, MODEL.pressure_mpa(at), FOUR)).work_n_mm / MODEL.work_n_mm - 1.0)
+            abs(
+                measured(PressureTrace.cut(at, MODEL.pressure_mpa(at), FOUR)).work_n_mm / MODEL.work_n_mm
+                - 1.0
+            )
         )
     assert off[-1] < 2e-3
     assert off[0] > off[1] > off[2]
@@ -48,7 +51,7 @@ def test_a_trace_of_the_model_gives_its_work_back_quadratically() -> None:
 @pytest.mark.parametrize("repeated", [False, True])
 def test_one_cycle_may_start_anywhere_and_repeat_its_end(first_deg: float, repeated: bool) -> None:
     at = angles(first_deg, first_deg + 720.0 - (0.0 if repeated else 0.5))
-    trace = Trace.cut(at, MODEL.pressure_mpa(at), FOUR)
+    trace = PressureTrace.cut(at, MODEL.pressure_mpa(at), FOUR)
     assert trace.angle_rad.size == 1440
     asked = np.linspace(-6.0, 6.0, 50)
     even = angles(-360.0, 359.5)
@@ -61,10 +64,13 @@ def test_whole_cycles_on_end_are_averaged_and_their_scatter_told() -> None:
     at = angles(-360.0, 4 * 720.0 - 360.5)
     share = np.repeat([0.8, 1.0, 1.3, 0.9], 1440)
     one = MODEL.pressure_mpa(at)
-    trace = Trace.cut(at, BAR + share * (one - BAR), FOUR)
+    trace = PressureTrace.cut(at, BAR + share * (one - BAR), FOUR)
     assert trace.pressure_mpa.shape == (4, 1440)
     np.testing.assert_allclose(trace.mean_mpa, BAR + (one[:1440] - BAR), rtol=1e-8)
-    alone = [measured(Trace.cut(at[:1440], BAR + each * (one[:1440] - BAR), FOUR)) for each in share[::1440]]
+    alone = [
+        measured(PressureTrace.cut(at[:1440], BAR + each * (one[:1440] - BAR), FOUR))
+        for each in share[::1440]
+    ]
     spread = np.std([each.mean_pressure_mpa() for each in alone])
     assert measured(trace).scatter_mpa() == pytest.approx(float(spread), rel=1e-3)
     assert alone[0].scatter_mpa() is None
@@ -72,7 +78,7 @@ def test_whole_cycles_on_end_are_averaged_and_their_scatter_told() -> None:
 
 def test_the_closed_part_of_a_four_stroke_is_enough() -> None:
     at = angles(-180.0, 180.0)
-    found = measured(Trace.cut(at, MODEL.pressure_mpa(at - 1e-6), FOUR))
+    found = measured(PressureTrace.cut(at, MODEL.pressure_mpa(at - 1e-6), FOUR))
     assert found.work_n_mm == pytest.approx(MODEL.work_n_mm, rel=1e-3)
     assert found.pumping_work_n_mm == pytest.approx(MODEL.pumping_work_n_mm, rel=5e-2)
     assert found.pressure_mpa(np.radians([190.0, 359.0, 361.0, -190.0])).tolist() == [
@@ -84,16 +90,16 @@ def test_the_closed_part_of_a_four_stroke_is_enough() -> None:
 def test_shift_level_and_smoothing() -> None:
     at = angles(-360.0, 359.5)
     pressure = MODEL.pressure_mpa(at)
-    shifted = Trace.cut(at - math.radians(3.0), pressure, FOUR).shifted(math.radians(3.0))
+    shifted = PressureTrace.cut(at - math.radians(3.0), pressure, FOUR).shifted(math.radians(3.0))
     assert shifted.at(at) == pytest.approx(pressure, rel=1e-9)
-    gauge = Trace.cut(at, pressure - 0.37, FOUR)
+    gauge = PressureTrace.cut(at, pressure - 0.37, FOUR)
     levelled = gauge.levelled(BAR)
     assert np.ptp(levelled.at(at) - pressure) == pytest.approx(0.0, abs=1e-12)
     assert float(levelled.at(np.radians(np.linspace(-185.0, -175.0, 401))).mean()) == pytest.approx(
         BAR, rel=1e-3
     )
     noise = 0.02 * np.random.default_rng(3).standard_normal(at.size)
-    smooth = Trace.cut(at, pressure + noise, FOUR).smoothed(math.radians(6.0))
+    smooth = PressureTrace.cut(at, pressure + noise, FOUR).smoothed(math.radians(6.0))
     away = smooth.at(at) - pressure
     closed = np.abs(at) < 3.0  # away from the jump where the exhaust opens
     assert float(away[closed].std()) < 0.5 * float(noise.std())
@@ -101,7 +107,7 @@ def test_shift_level_and_smoothing() -> None:
 
 def test_two_strokes_wrap_the_place_of_the_level() -> None:
     at = angles(-180.0, 179.0, 1.0)
-    trace = Trace.cut(at, 2.0 + np.cos(at), TWO).levelled(BAR)
+    trace = PressureTrace.cut(at, 2.0 + np.cos(at), TWO).levelled(BAR)
     assert float(trace.at(np.radians(np.linspace(-185.0, -175.0, 401))).mean()) == pytest.approx(
         BAR, rel=1e-4
     )
@@ -126,16 +132,16 @@ def test_two_strokes_wrap_the_place_of_the_level() -> None:
 )
 def test_traces_that_are_no_cycle_are_refused(at: Array, text: str) -> None:
     with pytest.raises(ValueError, match=text):
-        Trace.cut(at, np.ones(at.size), FOUR)
+        PressureTrace.cut(at, np.ones(at.size), FOUR)
 
 
 def test_gauge_pressures_are_refused() -> None:
     at = angles(-360.0, 359.5)
     with pytest.raises(ValueError, match="pressures must be absolute, ≥ 0"):
-        Trace.cut(at, MODEL.pressure_mpa(at) - 0.2, FOUR).check_absolute()
+        PressureTrace.cut(at, MODEL.pressure_mpa(at) - 0.2, FOUR).check_absolute()
     part = angles(-172.0, 180.0)
     with pytest.raises(ValueError, match="holds nothing between −185° and −175°"):
-        Trace.cut(part, np.ones(part.size), FOUR).levelled(BAR)
+        PressureTrace.cut(part, np.ones(part.size), FOUR).levelled(BAR)
 
 
 # --- files --------------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from autobalance.errors import FileError
-from autobalance.profile_search.candidates import Candidate
+from autobalance.profile_search.candidates import JudgedDesign
 from autobalance.profile_search.search import Generation, KeptSearch
 
 
@@ -15,7 +15,7 @@ from autobalance.profile_search.search import Generation, KeptSearch
 def test_a_search_goes_on_before_the_first_changed_line(
     damage: dict[str, object] | None, tmp_path: Path
 ) -> None:
-    one = Candidate(np.array([1.0, 2.0]), np.array([3.0]), 0.0, 0.0)
+    one = JudgedDesign(np.array([1.0, 2.0]), np.array([3.0]), 0.0, 0.0)
     kept = KeptSearch(tmp_path, "this", fresh=True)
     for number in range(3):
         kept.keep(Generation(number, np.array([[1.0, 2.0]]), (one,), ()))

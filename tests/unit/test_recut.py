@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from autobalance.balancing.machine_reading import (
-    Comparison,
     JudgedReading,
     MachineAccuracy,
     PlaneReading,
+    ReadingComparison,
     bob_weight_fit,
     judged_reading,
     machine_cannot_show,
@@ -127,9 +127,9 @@ SPOILT: dict[str, Spoil] = {
 }
 
 
-def compared(now: JudgedReading, before: JudgedReading) -> Comparison:
+def compared(now: JudgedReading, before: JudgedReading) -> ReadingComparison:
     cuts = read(*TRUE_NOW).unbalance - read(*TRUE_BEFORE).unbalance
-    return Comparison(now, before, cuts, PER_GRAM, PLACES)
+    return ReadingComparison(now, before, cuts, PER_GRAM, PLACES)
 
 
 def spoilt(planes: Any, spoil: Spoil) -> JudgedReading:
@@ -151,7 +151,7 @@ def test_mistake_in_both_readings_is_the_first_suspect(cause: str) -> None:
 def test_mistake_in_the_new_reading_alone_is_found() -> None:
     now = ((-40.0, cmath.rect(70.0, 0.4)), (60.0, cmath.rect(64.0, 1.9)))
     cuts = read(*now).unbalance - read(*TRUE_BEFORE).unbalance
-    wrong = Comparison(spoilt(now, SPOILT["opposite"]), read(*TRUE_BEFORE), cuts, PER_GRAM, PLACES)
+    wrong = ReadingComparison(spoilt(now, SPOILT["opposite"]), read(*TRUE_BEFORE), cuts, PER_GRAM, PLACES)
     (first, *_) = suspects(wrong)
     assert (first.cause, first.key) == ("opposite", "reads")
 

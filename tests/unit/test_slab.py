@@ -11,7 +11,7 @@ from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.measure import mesh_moments
-from autobalance.solid.slicing.slices import Part, Slab
+from autobalance.solid.slicing.slices import Slab, SlabPart
 from tests.cranks import Shape, make_crank, tilted
 
 
@@ -49,7 +49,7 @@ def test_any_slab_and_side_is_what_a_boolean_leaves() -> None:
         cut = solid.above(low).below(high)
         found = Slab(solid.mesh.vertices, solid.mesh.triangles).moments((low, high), 1.0)
         assert_same(found, cut.moments(1.0), 1e5)
-        part = Part(side=side)
+        part = SlabPart(side=side)
         found = Slab(solid.mesh.vertices, solid.mesh.triangles).moments((low, high), 1.0, part)
         assert_same(found, (cut & Solid.prism(Region.of([half_plane]), low, high)).moments(1.0), 1e6)
 
@@ -59,7 +59,7 @@ def test_a_journal_is_told_from_the_shoulder_around_it() -> None:
     journal = Solid.prism(Region.circle(14.0, 40), -10.0, 40.0)
     solid = journal + Solid.prism(ring, 0.0, 5.0) + Solid.prism(Region.circle(50.0, 40), -10.0, 0.0)
     mesh = solid.mesh
-    found = Slab(mesh.vertices, mesh.triangles).moments((0.0, 5.0), 1.0, Part(np.zeros(2), 15.0))
+    found = Slab(mesh.vertices, mesh.triangles).moments((0.0, 5.0), 1.0, SlabPart(np.zeros(2), 15.0))
     assert_same(found, journal.above(0.0).below(5.0).moments(1.0), 1e4)
 
 

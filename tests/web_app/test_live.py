@@ -19,7 +19,7 @@ import autobalance as ab
 from autobalance.browser.live import kinds
 from autobalance.browser.meshes import along_a_curve, crank_mesh, creases, packed
 from autobalance.browser.prediction import linear_model, predicted, preview
-from autobalance.browser.work import MESH, MODEL, SOLID_READ_SHARE, VERBS, Place, _material
+from autobalance.browser.work import MESH, MODEL, SOLID_READ_SHARE, VERBS, RunFolders, _material
 from autobalance.crank.recognition.candidates import cylinder_candidates
 from autobalance.errors import JobError
 from autobalance.paper.svg_pen import section_drawings, web_drawings
@@ -343,7 +343,7 @@ def test_every_kind_tells_its_keys() -> None:
 
 def test_a_solid_can_be_looked_at_before_it_is_recognised(tmp_path: Path) -> None:
     small.crank(tmp_path)
-    place = Place(tmp_path, tmp_path / "runs", tmp_path / "own")
+    place = RunFolders(tmp_path, tmp_path / "runs", tmp_path / "own")
     seen: dict[str, tuple[str, int]] = {}
 
     def tell(words: str, share: float) -> None:
@@ -362,7 +362,7 @@ def test_a_solid_can_be_looked_at_before_it_is_recognised(tmp_path: Path) -> Non
 def test_of_a_solid_that_is_refused_nothing_is_left_to_look_at(tmp_path: Path) -> None:
     corners = jobs.corners_of(small.crank(tmp_path))
     jobs.write_stl(tmp_path / small.NAME, corners[1:])  # open
-    place = Place(tmp_path, tmp_path / "runs", tmp_path / "own")
+    place = RunFolders(tmp_path, tmp_path / "runs", tmp_path / "own")
     with pytest.raises(ab.AutobalanceError):
         VERBS["inspect"]({"job": {"crankshaft": small.job()["crankshaft"]}}, place, lambda *_: None)
     assert not (place.own / MESH).exists()

@@ -254,7 +254,7 @@ RIM_SHARE = 0.85
 """Radius of the middle of a hole, over the counterweight's radius."""
 
 
-class _Limits(Protocol):
+class _DrillLimits(Protocol):
     @property
     def diameters_mm(self) -> tuple[float, ...] | None: ...
     @property
@@ -268,7 +268,7 @@ class _Limits(Protocol):
 
 
 def likely_sizes_mm(
-    work: Workpiece, limits: _Limits, search_level: int, widest_mm: float = math.inf
+    work: Workpiece, limits: _DrillLimits, search_level: int, widest_mm: float = math.inf
 ) -> tuple[float, ...]:
     """Return the drills to set up: those that a job names, else those of the series near the need.
 

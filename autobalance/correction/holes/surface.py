@@ -350,8 +350,7 @@ class Fillet:
         along = self.sense * (corners[:, :, 2] - self.z_mm)
         slack = FILLET_GRAIN * self.radius_mm
         inside = (rise <= along + slack) & (along >= -slack) & (along <= self.most_mm + slack)
-        held: NDArray[np.bool_] = inside.all(axis=1)
-        return held
+        return np.asarray(inside.all(axis=1))
 
 
 def fillets_of(anatomy: Anatomy, web: Web) -> tuple[Fillet, ...]:

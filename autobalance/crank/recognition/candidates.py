@@ -128,7 +128,7 @@ DIRECTIONS = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
+class CylinderCandidate:
     """A bare cylinder: its middle (3,) and direction (3,) in file coordinates, its size [mm]."""
 
     centre_mm: Array
@@ -142,7 +142,7 @@ class Candidate:
         return Pin(centre, self.diameter_mm, self.width_mm)
 
 
-def cylinder_candidates(mesh: Mesh, direction: Array | None = None) -> tuple[Candidate, ...]:
+def cylinder_candidates(mesh: Mesh, direction: Array | None = None) -> tuple[CylinderCandidate, ...]:
     """Return the bare cylinders along a direction (3,), or along the direction with the most of them.
 
     A cylinder is bare if no other metal is at its place along the direction: shafts and pins, no bores.
@@ -154,20 +154,20 @@ def cylinder_candidates(mesh: Mesh, direction: Array | None = None) -> tuple[Can
     return max((_along(mesh, each) for each in likely), key=_surface_mm2, default=())
 
 
-def _surface_mm2(entry: Sequence[Candidate]) -> float:
+def _surface_mm2(entry: Sequence[CylinderCandidate]) -> float:
     return sum(each.diameter_mm * each.width_mm for each in entry)
 
 
-def _along(mesh: Mesh, direction: Array) -> tuple[Candidate, ...]:
+def _along(mesh: Mesh, direction: Array) -> tuple[CylinderCandidate, ...]:
     rounding = ROUNDING * float(np.abs(mesh.bounds).max())
     long = lengthwise(mesh, direction, rounding)
     return tuple(_candidate(long, run) for run in find_runs(long, rounding))
 
 
-def _candidate(long: SectionStack, run: CylinderRun) -> Candidate:
+def _candidate(long: SectionStack, run: CylinderRun) -> CylinderCandidate:
     turn, shift = long.turn[:3, :3], long.turn[:3, 3]
     here = np.array([*run.centre, run.z_mid])
-    return Candidate(turn.T @ (here - shift), turn[2], 2.0 * float(run.radius), float(run.width))
+    return CylinderCandidate(turn.T @ (here - shift), turn[2], 2.0 * float(run.radius), float(run.width))
 
 
 # Sections and bare cylinders of a mesh along each supposed axis, computed once.

@@ -11,7 +11,7 @@ import numpy as np
 from autobalance.crank.anatomy import Anatomy, Cylinder, Doubt, MainJournal, Pin
 from autobalance.crank.recognition.cylinder_runs import SAME_RADIUS, CylinderRun
 from autobalance.crank.recognition.layout import JournalLayout
-from autobalance.crank.recognition.rough_fits import Region, fit_tilted_circle
+from autobalance.crank.recognition.rough_fits import WeightedPoints, fit_tilted_circle
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.crank.recognition.through_shaft import SAME_THICKNESS
 from autobalance.errors import RecognitionError
@@ -277,7 +277,7 @@ def _fitted(skin: _Skin, here: Array, run: CylinderRun) -> tuple[float, Cylinder
     square of the angle between a facet's direction and the radius.
     """
     weights = np.repeat(skin.areas * here, 3)
-    fit = fit_tilted_circle(Region(skin.corners.reshape(-1, 3), weights), run.centre, run.radius)
+    fit = fit_tilted_circle(WeightedPoints(skin.corners.reshape(-1, 3), weights), run.centre, run.radius)
     arms = skin.corners[..., :2] - run.centre
     along = (arms * skin.vectors[:, None, :2]).sum(axis=2)
     across = arms[..., 0] * skin.vectors[:, None, 1] - arms[..., 1] * skin.vectors[:, None, 0]

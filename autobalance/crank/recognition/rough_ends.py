@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.datums import Flange, FlangeHole, Keyway
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
-from autobalance.crank.recognition.rough_fits import Region, fit_circle_along_z
+from autobalance.crank.recognition.rough_fits import WeightedPoints, fit_circle_along_z
 from autobalance.crank.recognition.scan_cylinders import (
     BEYOND_RUN_MM,
     END_PM_MM,
@@ -378,7 +378,7 @@ class _Certain:
         )
         if len(corners) < MIN_TRIANGLES:
             return None
-        region = Region(self.points.take(corners, axis=0), self.rough.at_vertex.take(corners))
+        region = WeightedPoints(self.points.take(corners, axis=0), self.rough.at_vertex.take(corners))
         fit = fit_circle_along_z(region, centre, radius)
         return fit.values, self.fitted.noise.of(fit)
 

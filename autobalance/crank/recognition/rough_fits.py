@@ -45,7 +45,7 @@ if errors were correlated over 40 mm; with it, by 0.6 to 1.2."""
 
 
 @dataclass(frozen=True, eq=False)
-class Region:
+class WeightedPoints:
     """Points (n, 3) of one surface, and their weights (n,) by area."""
 
     points: Array
@@ -83,7 +83,7 @@ def weighted(rows: Array, target: Array, weights: Array) -> Array:
     return np.asarray(np.linalg.lstsq(left @ rows, left @ target, rcond=None)[0], dtype=np.float64)
 
 
-def fit_line(regions: Sequence[Region], starts: Sequence[tuple[Array, float]]) -> Fit:
+def fit_line(regions: Sequence[WeightedPoints], starts: Sequence[tuple[Array, float]]) -> Fit:
     """Return the fit of one axis through cylinders nearly along z, each with a separate radius.
 
     ``values`` are x and y of the axis at the points' mean z, its slopes, and the radii; the residuals are
@@ -91,7 +91,7 @@ def fit_line(regions: Sequence[Region], starts: Sequence[tuple[Array, float]]) -
 
     Parameters
     ----------
-    regions : sequence of Region
+    regions : sequence of WeightedPoints
     starts : sequence of (centre (2,), radius)
         Estimates of each [mm].
     """
@@ -119,7 +119,7 @@ def fit_line(regions: Sequence[Region], starts: Sequence[tuple[Array, float]]) -
     return Fit(values, rows[keep], weights[keep], off[keep], points[keep], z0)
 
 
-def fit_circle_along_z(region: Region, centre: Array, radius: float) -> Fit:
+def fit_circle_along_z(region: WeightedPoints, centre: Array, radius: float) -> Fit:
     """Return the fit of a cylinder along z: ``values`` are x and y of its centre, and its radius."""
     points, weights = region.points, region.weights
     values = np.array([*centre, radius])
@@ -135,7 +135,7 @@ def fit_circle_along_z(region: Region, centre: Array, radius: float) -> Fit:
     return Fit(values, rows[keep], weights[keep], off[keep], points[keep])
 
 
-def fit_tilted_circle(region: Region, centre: Array, radius: float) -> Fit:
+def fit_tilted_circle(region: WeightedPoints, centre: Array, radius: float) -> Fit:
     """Return the fit of a cylinder nearly along z: ``values`` are centre x and y, radius, and slopes."""
     points, weights = region.points, region.weights
     middle = float(0.5 * (points[:, 2].min() + points[:, 2].max()))
@@ -155,7 +155,7 @@ def fit_tilted_circle(region: Region, centre: Array, radius: float) -> Fit:
     return Fit(fitted, rows[keep], weights[keep], left[keep], points[keep], middle)
 
 
-def fit_plane(region: Region) -> Fit:
+def fit_plane(region: WeightedPoints) -> Fit:
     """Return the fit of a plane nearly square to z: ``values`` are height at the points' mean, and slopes."""
     points, weights = region.points, region.weights
     middle = weights @ points[:, :2] / weights.sum()

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
-from autobalance.crank.recognition.rough_fits import Fit, Region, fit_circle_along_z, rows_near
+from autobalance.crank.recognition.rough_fits import Fit, WeightedPoints, fit_circle_along_z, rows_near
 from autobalance.crank.recognition.section_stack import (
     CrossSection,
     SectionStack,
@@ -307,7 +307,7 @@ class RoughCylinder:
     """
 
     run: CylinderRun
-    region: Region
+    region: WeightedPoints
     fit: Fit
     middle_pm_mm: float = 0.0
     width_pm_mm: float = 0.0
@@ -317,7 +317,7 @@ class RoughCylinder:
 
 def cylinder_region(
     rough: RoughMesh, long: SectionStack, normals: Array, run: CylinderRun, slack: float, side: float = 1.0
-) -> Region:
+) -> WeightedPoints:
     """Return the vertices on a cylinder, by the direction and place of its triangles."""
     rows = _triangles_on(rough, long, normals, run, slack, side)
     corners = np.unique(rough.mesh.triangles.take(rows, axis=0))
@@ -331,7 +331,7 @@ def cylinder_region(
             f"the surface of a cylinder of {2.0 * run.radius:.4g} mm has only {len(corners)} points."
             " Scan it more finely, or decimate it less"
         )
-    return Region(points, rough.at_vertex.take(corners))
+    return WeightedPoints(points, rough.at_vertex.take(corners))
 
 
 def _triangles_on(

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from autobalance.crank.datums import ScanFit, ScannedCylinder, ScannedFace, ScannedWeb
-from autobalance.crank.recognition.rough_fits import Fit, Noise, Region, fit_plane, spread_of
+from autobalance.crank.recognition.rough_fits import Fit, Noise, WeightedPoints, fit_plane, spread_of
 from autobalance.crank.recognition.scan_cylinders import RoughCylinder
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.solid.mesh.mesh import Mesh, compacted, numbered_components
@@ -116,7 +116,7 @@ def _plane(
     mesh: Mesh, vertices: Array, rows: Indices, group: Indices, area: Array, at_vertex: Array, side: float
 ) -> RoughPlane | None:
     corners = np.unique(mesh.triangles.take(rows[group], axis=0))
-    fit = fit_plane(Region(vertices.take(corners, axis=0), at_vertex.take(corners)))
+    fit = fit_plane(WeightedPoints(vertices.take(corners, axis=0), at_vertex.take(corners)))
     if len(fit.points) < 8:
         return None
     inside = np.zeros(len(mesh.vertices), dtype=bool)

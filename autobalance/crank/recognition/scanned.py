@@ -298,7 +298,7 @@ def _stands_off(points: Array, pin: Pin, digits: float) -> bool | None:
     near = np.abs(off) < NEAR_SHARE * radius
     if np.count_nonzero(near) < MIN_CORNERS:
         return None
-    region = rough_fits.Region(points.take(rows[near], axis=0), np.ones(int(np.count_nonzero(near))))
+    region = rough_fits.WeightedPoints(points.take(rows[near], axis=0), np.ones(int(np.count_nonzero(near))))
     fit = rough_fits.fit_circle_along_z(region, pin.centre_mm[:2], radius)
     exact = max(float((np.abs(each) < digits).mean()) for each in (off[near], fit.residuals))
     spread = rough_fits.spread_of(fit.residuals)

@@ -147,7 +147,7 @@ def taken_n(stiffness_n_mm: Array, moved_mm: Complex) -> Complex:
 
 
 @dataclass(frozen=True)
-class Stretch:
+class BeamPiece:
     """A piece of beam between two nodes.
 
     Attributes
@@ -171,13 +171,13 @@ class CrankOnSprings:
 
     Attributes
     ----------
-    stretches : sequence of Stretch
+    stretches : sequence of BeamPiece
         From node to node along z.
     springs_n_mm : (nodes,) float
         Stiffness under each node; 0: none [N/mm].
     """
 
-    stretches: Sequence[Stretch]
+    stretches: Sequence[BeamPiece]
     springs_n_mm: Array
 
     def deflections_mm(self, forces_n: Complex) -> Complex:
@@ -235,7 +235,7 @@ def _flat(forces_n: Complex) -> Array:
     return loads
 
 
-def _stiffness(stretch: Stretch) -> Array:
+def _stiffness(stretch: BeamPiece) -> Array:
     """Return the matrix (8, 8) of x, x′, y, y′ at both ends: two planes of Euler's beam, turned."""
     own = np.zeros((8, 8))
     first, second = [0, 1, 4, 5], [2, 3, 6, 7]

@@ -13,9 +13,9 @@ from autobalance.balancing.measured import Crank
 from autobalance.crank.anatomy import Anatomy, Pin
 from autobalance.crank.sections import SHOULDER_MARGIN_RATIO, away_from_crankpin
 from autobalance.crank_dynamics.flexible.crank_in_films import (
+    BeamPiece,
     CrankOnSprings,
     JournalFilms,
-    Stretch,
     journal_paths,
     taken_n,
 )
@@ -29,7 +29,7 @@ from autobalance.engines.bearings.orbit import short_film_unit_n
 from autobalance.engines.cycle.analysis import CycleAnalysis, torque_orders, torques_on_throws
 from autobalance.engines.cycle.films import FILM_ANGLE_STRIDE, main_bearings
 from autobalance.engines.cycle.firing_engine import as_complex
-from autobalance.engines.cycle.model import Film
+from autobalance.engines.cycle.model import OilFilms
 from autobalance.job import Job
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.region import Region
@@ -88,7 +88,7 @@ def flexible_cycle(
     cycle: CycleAnalysis,
     job: Job,
     crank: Crank,
-    mains_on: tuple[float, ...] | Film,
+    mains_on: tuple[float, ...] | OilFilms,
     stiffer: float = 1.0,
     counterweights: bool = True,
 ) -> FlexibleCycle:
@@ -100,7 +100,7 @@ def flexible_cycle(
         Of the same crank, rigid.
     job : Job
     crank : Crank
-    mains_on : tuple of float, or Film
+    mains_on : tuple of float, or OilFilms
         Stiffness of each main [N/mm], or the films that the mains run in.
     stiffer : float
         Times which the crank is as stiff as it is.
@@ -115,7 +115,7 @@ def flexible_cycle(
     beam = _stretches(cycle, anatomy, throw_shapes(crank), nodes, stiffer)
     at_mains = [int(np.argmin(np.abs(nodes - z))) for z in mains_z_mm(anatomy)]
     clearance, periodic = None, True
-    if isinstance(mains_on, Film):
+    if isinstance(mains_on, OilFilms):
         free = CrankOnSprings(beam, np.zeros(len(nodes)))
         on_films, orbit, periodic = _in_films(cycle, anatomy, mains_on, free, forces, at_mains)
         loads, moved, clearance = on_films * back, orbit * back, main_bearings(anatomy, mains_on).clearance_mm
@@ -134,7 +134,7 @@ def flexible_cycle(
         turned = np.exp(-1j * cycle.firing.throws[throw.number - 1].angle_rad)
         moments.append(WebMoment(throw.number, web.number, N_M_PER_N_MM * (turned * (arms @ left)).real))
     return FlexibleCycle(
-        None if isinstance(mains_on, Film) else mains_on,
+        None if isinstance(mains_on, OilFilms) else mains_on,
         loads / back,
         moved / back,
         tuple(moments),
@@ -214,7 +214,7 @@ def _around(journal: Pin) -> Solid:
 def _in_films(
     cycle: CycleAnalysis,
     anatomy: Anatomy,
-    film: Film,
+    film: OilFilms,
     beam: CrankOnSprings,
     forces_n: Complex,
     at_mains: list[int],
@@ -252,7 +252,7 @@ def _seen(job: Job, vector_g_mm: Array) -> complex:
 
 def _stretches(
     cycle: CycleAnalysis, anatomy: Anatomy, shapes: tuple[ThrowShape, ...], nodes: Array, stiffer: float
-) -> list[Stretch]:
+) -> list[BeamPiece]:
     """Return the beam: of the nearest throw between the outermost mains, beyond them of a journal."""
     youngs = E_GPA * MPA_PER_GPA
     bendings = [throw_bending(shape, youngs, youngs / (2.0 * (1.0 + NU))) for shape in shapes]
@@ -266,11 +266,11 @@ def _stretches(
         if mains[0] < middle < mains[-1]:
             bending, angle = bendings[nearest], cycle.firing.throws[nearest].angle_rad
             both = bending.in_plane_n_mm2, bending.across_n_mm2
-            stretches.append(Stretch(length, stiffer * both[0], stiffer * both[1], angle))
+            stretches.append(BeamPiece(length, stiffer * both[0], stiffer * both[1], angle))
         else:
             shape = shapes[nearest]
             round_bar = math.pi / 64.0 * (shape.journal_mm**4 - shape.journal_bore_mm**4) * youngs
-            stretches.append(Stretch(length, stiffer * round_bar, stiffer * round_bar))
+            stretches.append(BeamPiece(length, stiffer * round_bar, stiffer * round_bar))
     return stretches
 
 

@@ -13,7 +13,7 @@ from autobalance.crank_dynamics.flexible.figures import Flexible, FlexibleMain, 
 from autobalance.declare import ABSENT
 from autobalance.engines.bearings.main_springs import MainSprings, stiffnesses_n_mm
 from autobalance.engines.cycle.analysis import CycleAnalysis
-from autobalance.engines.cycle.model import Cycle, Film
+from autobalance.engines.cycle.model import Cycle, OilFilms
 from autobalance.engines.cycle.section import CycleSection
 from autobalance.engines.cycle.show import degrees_of, micrometres
 from autobalance.errors import JobError
@@ -37,7 +37,7 @@ class Bent(NamedTuple):
 def _computed(analysis: CycleAnalysis, job: Job, crank: Crank) -> Bent:
     """Return the cycle of the crank as it bends, without counterweights too if it has any, and its twist."""
     springs, cycle = job.table(MainSprings), job.table(Cycle)
-    on: tuple[float, ...] | Film
+    on: tuple[float, ...] | OilFilms
     if springs is not None:
         on = stiffnesses_n_mm(springs.k_n_mm, len(crank.anatomy.main_journals))
     elif cycle is not None and cycle.film is not None:

@@ -33,7 +33,7 @@ POINTS = 16
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
+class ShaftPieces:
     """Pieces (n) of shaft for the elements, with their section at Gauss's points (n, POINTS)."""
 
     length_m: Array
@@ -78,7 +78,7 @@ def gauss() -> tuple[Array, Array, Array]:
     return 0.5 * (points + 1.0), 0.5 * weights, 0.5 * integrals @ np.linalg.inv(legendre)
 
 
-def stretch_of(section: ShaftSection, shares: Array, beam: BeamTheory) -> Stretch:
+def stretch_of(section: ShaftSection, shares: Array, beam: BeamTheory) -> ShaftPieces:
     """Return the pieces of a section between ``shares`` (n + 1,) of its length.
 
     Raises
@@ -94,7 +94,7 @@ def stretch_of(section: ShaftSection, shares: Array, beam: BeamTheory) -> Stretc
     factor = section.shear_factor or cowper_shear_factor(section.poissons_ratio, inner / outer)
     flexibility = 1.0 / (factor * section.shear_modulus_pa * area)
     thin = 0.0 if beam == "euler" else 1.0
-    return Stretch(
+    return ShaftPieces(
         np.diff(shares) * section.length_m,
         section.youngs_modulus_pa * second,
         thin * flexibility,
@@ -103,7 +103,7 @@ def stretch_of(section: ShaftSection, shares: Array, beam: BeamTheory) -> Stretc
     )
 
 
-def elements_of(stretch: Stretch, degree: int) -> Elements:
+def elements_of(stretch: ShaftPieces, degree: int) -> Elements:
     moment, shear = _static_states(stretch, degree)
     deflection, rotation, moment, shear = _with_ends_apart(stretch, *_deflected(stretch, moment, shear))
     weights = gauss()[1] * stretch.length_m[:, None]
@@ -135,7 +135,7 @@ def _bubble_scale(stiffness: Array) -> Array:
     return scale
 
 
-def _static_states(stretch: Stretch, degree: int) -> tuple[Array, Array]:
+def _static_states(stretch: ShaftPieces, degree: int) -> tuple[Array, Array]:
     """Return bending moments and shear forces (n, f, POINTS) of the basic static states.
 
     In turn: two rigid motions, a constant shear force, a constant moment, transverse loads Pₖ,
@@ -159,7 +159,7 @@ def _static_states(stretch: Stretch, degree: int) -> tuple[Array, Array]:
     return np.stack(moment, axis=1), np.stack(shear, axis=1)
 
 
-def _deflected(stretch: Stretch, moment: Array, shear: Array) -> tuple[Array, Array, Array, Array, Array]:
+def _deflected(stretch: ShaftPieces, moment: Array, shear: Array) -> tuple[Array, Array, Array, Array, Array]:
     """Return deflection, rotation, moment and shear of the states, and the motions at the end (n, 2, f)."""
     _, weights, cumulate = gauss()
     length = stretch.length_m[:, None, None]
@@ -177,7 +177,7 @@ def _deflected(stretch: Stretch, moment: Array, shear: Array) -> tuple[Array, Ar
 
 
 def _with_ends_apart(
-    stretch: Stretch, deflection: Array, rotation: Array, moment: Array, shear: Array, end: Array
+    stretch: ShaftPieces, deflection: Array, rotation: Array, moment: Array, shear: Array, end: Array
 ) -> tuple[Array, Array, Array, Array]:
     """Return the states combined so that each of the first four moves one end only, and the others none."""
     count = deflection.shape[1]

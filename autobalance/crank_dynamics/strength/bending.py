@@ -11,7 +11,7 @@ import numpy as np
 
 from autobalance.balancing.engine_from_job import with_crankpins
 from autobalance.balancing.measured import Crank
-from autobalance.balancing.sections import Section, State
+from autobalance.balancing.sections import ReportSection, State
 from autobalance.crank.anatomy import Anatomy, Throw, Web
 from autobalance.declare import Count, NotNegative, Ordinal
 from autobalance.errors import AutobalanceError
@@ -293,7 +293,7 @@ def _page(found: Bending) -> tuple[str, dict[str, Any]]:
     return "bending.html", {"rows": bending_rows(found), "words": bending_words(found)}
 
 
-SECTION = Section(
+SECTION = ReportSection(
     Bending,
     "with --fem: stress of the webs, before and after",
     begun=lambda before: before,

@@ -19,7 +19,7 @@ from autobalance.crank_dynamics.torsion.model import (
     Excitation,
     Formula,
     PendulumAbsorber,
-    RunUp,
+    SpeedRamp,
     TorsionQuestion,
     TrainParts,
 )
@@ -365,12 +365,12 @@ def _speeds(filled: Values) -> Array:
     return np.asarray(np.linspace(speed[0], speed[1], filled["points"]) * RAD_S_PER_RPM)
 
 
-def _run_up(values: Values | None) -> RunUp | None:
+def _run_up(values: Values | None) -> SpeedRamp | None:
     if values is None:
         return None
     if values["from_rpm"] == values["to_rpm"]:
         raise JobError(f"run_up.to_rpm is {values['to_rpm']:g}, as from_rpm; enter another speed")
-    return RunUp(*(RAD_S_PER_RPM * values[key] for key in ("from_rpm", "to_rpm", "ramp_rpm_s")))
+    return SpeedRamp(*(RAD_S_PER_RPM * values[key] for key in ("from_rpm", "to_rpm", "ramp_rpm_s")))
 
 
 def _pendulum(values: Values | None, stations: int | None) -> PendulumAbsorber | None:

@@ -290,7 +290,7 @@ class Excitation:
 
 
 @dataclass(frozen=True)
-class RunUp:
+class SpeedRamp:
     """A ramp of the mean speed from one to the other at a rate [rad/s, rad/s²]."""
 
     from_rad_s: float
@@ -342,7 +342,7 @@ class TorsionQuestion:
     pendulum: PendulumAbsorber | None
     parts: TrainParts = field(default_factory=TrainParts)
     damping_ratio: float | None = None
-    run_up: RunUp | None = None
+    run_up: SpeedRamp | None = None
 
     def ratio_of_modes(self, damped: bool) -> float:
         """Return the share of critical damping of every mode; ``damped``: dampers take up what swings."""

@@ -14,7 +14,7 @@ from scipy.linalg import expm
 
 from autobalance.crank_dynamics.torsion.chain import shear_stress_pa
 from autobalance.crank_dynamics.torsion.excited import ExcitedTrain
-from autobalance.crank_dynamics.torsion.model import Coupling, RunUp
+from autobalance.crank_dynamics.torsion.model import Coupling, SpeedRamp
 from autobalance.crank_dynamics.torsion.strains import (
     WINDOW_RAD,
     SteadyTrain,
@@ -249,7 +249,9 @@ class Passage:
         return abs(self.work_J - self.lost_J - self.stored_J) / scale if scale > 0.0 else None
 
 
-def run_up_figures(model: ExcitedTrain, ramp: RunUp, frictions: Sequence[LinkFriction] = ()) -> RunUpFigures:
+def run_up_figures(
+    model: ExcitedTrain, ramp: SpeedRamp, frictions: Sequence[LinkFriction] = ()
+) -> RunUpFigures:
     """Return the torsional vibration through a run-up.
 
     Raises
@@ -309,7 +311,7 @@ class _Ahead:
     """A run-up to be followed; ``links`` (m, q) take angles to twists."""
 
     system: SteadyTrain
-    ramp: RunUp
+    ramp: SpeedRamp
     links: Array
     springs: Array
     dampers: Array
@@ -416,7 +418,7 @@ class _Ahead:
 # --- what is told -------------------------------------------------------------------------------------------
 
 
-def _envelope(ramp: RunUp, passed: Passage) -> tuple[Array, Array]:
+def _envelope(ramp: SpeedRamp, passed: Passage) -> tuple[Array, Array]:
     """Return speeds (k,) and the peak torque of each link in the turns about them (k, m)."""
     phase = ramp.phase(passed.time_s)
     windows = max(1, int(phase[-1] / WINDOW_RAD))
@@ -430,7 +432,7 @@ def _envelope(ramp: RunUp, passed: Passage) -> tuple[Array, Array]:
 
 
 def _shafts(
-    model: ExcitedTrain, ramp: RunUp, passed: Passage, steady: Sequence[tuple[float, float] | None]
+    model: ExcitedTrain, ramp: SpeedRamp, passed: Passage, steady: Sequence[tuple[float, float] | None]
 ) -> list[RunUpShaft]:
     rows = []
     for link, (first, second) in enumerate(model.named.train.links.tolist()):

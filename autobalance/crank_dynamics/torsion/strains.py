@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 
 from autobalance.crank_dynamics.torsion.chain import TorsionMode, shear_stress_pa
 from autobalance.crank_dynamics.torsion.excited import ExcitedTrain
-from autobalance.crank_dynamics.torsion.model import RunUp
+from autobalance.crank_dynamics.torsion.model import SpeedRamp
 from autobalance.crank_dynamics.torsion.train import modal_damping
 from autobalance.declare import (
     NEWTON_METRES,
@@ -342,7 +342,7 @@ class SteadyTrain:
         orders = np.array(model.orders, dtype=np.float64)[felt]
         return cls(mass, damping, stiffness, basis, orders, gas[felt], square[felt])
 
-    def torque(self, ramp: RunUp, time_s: Array) -> Array:
+    def torque(self, ramp: SpeedRamp, time_s: Array) -> Array:
         """Return the torques at times (n, q)."""
         speed, phase = ramp.speed(time_s), ramp.phase(time_s)
         turn = np.exp(1j * np.multiply.outer(phase, self.orders))
@@ -374,7 +374,7 @@ def steady_torques_n_m(model: ExcitedTrain, system: SteadyTrain, speeds_rad_s: A
 
 
 def steady_peaks(
-    model: ExcitedTrain, system: SteadyTrain, ramp: RunUp, speeds: Array
+    model: ExcitedTrain, system: SteadyTrain, ramp: SpeedRamp, speeds: Array
 ) -> list[tuple[float, float] | None]:
     """Return the steady peak torque of each link and its speed in the range; None at a resonance.
 

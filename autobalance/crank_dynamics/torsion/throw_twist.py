@@ -17,7 +17,7 @@ from autobalance.crank_dynamics.torsion.chain import ThrowShape
 from autobalance.crank_dynamics.torsion.from_job import throw_shapes
 from autobalance.errors import SolidError
 from autobalance.finite_elements.analysis import COARSENING
-from autobalance.finite_elements.elasticity import Material
+from autobalance.finite_elements.elasticity import ElasticMaterial
 from autobalance.finite_elements.mesher import default_size_mm, need_libraries
 from autobalance.finite_elements.throws import Deadline, TwistStiffness, bodies_of_solid, twist_stiffness
 from autobalance.runtime import Progress, no_progress
@@ -93,7 +93,11 @@ class _BayKey:
 
 
 def twisted(
-    piece: Solid, material: Material, size_mm: float | None, deadline: Deadline, error_share: float | None
+    piece: Solid,
+    material: ElasticMaterial,
+    size_mm: float | None,
+    deadline: Deadline,
+    error_share: float | None,
 ) -> TwistStiffness:
     """Return the stiffness of a bay by finite elements; with the share of another's error, on one mesh.
 
@@ -145,7 +149,7 @@ def throw_twists(
     A throw that cannot be meshed in time has no stiffness but the reason.
     """
     need_libraries()
-    material = Material(youngs_mpa, youngs_mpa / (2.0 * shear_mpa) - 1.0, 7.85e-9)
+    material = ElasticMaterial(youngs_mpa, youngs_mpa / (2.0 * shear_mpa) - 1.0, 7.85e-9)
     solid = with_crankpins(crank.source.solid.moved(crank.anatomy.file_to_rotor), crank)
     twists: list[ThrowTwist] = []
     known: list[tuple[_BayKey, TwistStiffness]] = []

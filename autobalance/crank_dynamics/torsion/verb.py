@@ -31,7 +31,7 @@ from autobalance.crank_dynamics.torsion.input import (
     crank_torsion,
     question_of,
 )
-from autobalance.crank_dynamics.torsion.model import CrankTorsion, RunUp, TorsionQuestion, named_train
+from autobalance.crank_dynamics.torsion.model import CrankTorsion, SpeedRamp, TorsionQuestion, named_train
 from autobalance.crank_dynamics.torsion.run_up import LinkFriction, RunUpFigures, run_up_figures
 from autobalance.crank_dynamics.torsion.strains import critical_orders, order_peaks, order_responses
 from autobalance.declare import ABSENT, FILLED, HERTZ, Key, Values
@@ -298,7 +298,7 @@ def _solved(
     )
 
 
-def _run_up(model: ExcitedTrain, ramp: RunUp, dampers: Sequence[FittedDamper]) -> RunUpFigures:
+def _run_up(model: ExcitedTrain, ramp: SpeedRamp, dampers: Sequence[FittedDamper]) -> RunUpFigures:
     absorber = model.question.pendulum
     if absorber is not None and absorber.station is not None:
         raise JobError(

@@ -52,7 +52,7 @@ NO_OIL, NO_PLATES = Oil(), Plates()
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class BearingState:
     """A bearing at one speed."""
 
     speed_rad_s: float
@@ -87,12 +87,12 @@ class State:
 class BearingAnalysis:
     """A bearing at every requested speed; the orbit is at the first."""
 
-    states: tuple[State, ...]
+    states: tuple[BearingState, ...]
     orbit: Orbits | None = None
     fed: FedBearingFigures | None = None
 
     @property
-    def first(self) -> State:
+    def first(self) -> BearingState:
         return self.states[0]
 
     @property
@@ -148,7 +148,7 @@ def film_model(case: PlainCase) -> FilmModel:
     return ocvirk(slenderness) if case.solver == "ocvirk" else reynolds(slenderness, case.boundary, case.grid)
 
 
-def _dry(case: DryCase, speed_rad_s: float) -> State:
+def _dry(case: DryCase, speed_rad_s: float) -> BearingState:
     means = load_means(case.load_N, case.rotating_load_N)
     mean, diameter = means.mean_N, case.diameter_m
     if case.torque_N_m is None:
@@ -169,7 +169,7 @@ def _dry(case: DryCase, speed_rad_s: float) -> State:
         small_angle_N_m=None if mu is None else float(dry.small_angle_moment_N_m(mean, diameter, mu)),
     )
     attitude = None if mu is None else dry.attitude_angle_rad(mu)
-    return State(speed_rad_s, friction, load=means, attitude_rad=attitude)
+    return BearingState(speed_rad_s, friction, load=means, attitude_rad=attitude)
 
 
 def load_means(constant_N: float, rotating_N: float) -> LoadMeans:
@@ -184,26 +184,26 @@ def load_means(constant_N: float, rotating_N: float) -> LoadMeans:
     )
 
 
-def _rolling(case: RollingCase, speed_rad_s: float) -> State:
+def _rolling(case: RollingCase, speed_rad_s: float) -> BearingState:
     rpm = speed_rad_s * 30.0 / math.pi
     parts = rolling.friction_parts(case.bearing, case.load_N, rpm, case.lubricant.needed_mm2_s)
     moment = case.count * parts.moment_N_m
     diameter = 1e-3 * case.bearing.mean_diameter_mm
     friction = _friction(moment, speed_rad_s, case.count * case.load_N, diameter)
-    return State(speed_rad_s, friction, _oil(case.lubricant), parts=parts)
+    return BearingState(speed_rad_s, friction, _oil(case.lubricant), parts=parts)
 
 
-def _plates(case: PlatesCase, speed_rad_s: float) -> State:
+def _plates(case: PlatesCase, speed_rad_s: float) -> BearingState:
     shape = case.lubricant.needed_Pa_s, case.length_m, case.width_m, case.film_m
     plates = Plates(
         stiffness_N_m=fed_film.stiffness_N_m(case.load_N, case.film_m),
         damping_source_N_s_m=fed_film.uniform_pressure_damping_N_s_m(*shape),
         damping_N_s_m=fed_film.damping_N_s_m(*shape),
     )
-    return State(speed_rad_s, BearingFriction(), _oil(case.lubricant), plates=plates)
+    return BearingState(speed_rad_s, BearingFriction(), _oil(case.lubricant), plates=plates)
 
 
-def _petroff(case: PlainCase, speed_rad_s: float) -> State:
+def _petroff(case: PlainCase, speed_rad_s: float) -> BearingState:
     ratio, load = case.eccentricity_ratio or 0.0, case.load_N
     viscosity = case.lubricant.needed_Pa_s
     if ratio > CONTACT_ECCENTRICITY_RATIO:
@@ -211,7 +211,7 @@ def _petroff(case: PlainCase, speed_rad_s: float) -> State:
     bearing = case.bearing
     moment = friction_moment_N_m(bearing, viscosity, speed_rad_s, ratio, load or 0.0, case.attitude_rad)
     unit = bearing.force_unit_N(viscosity, speed_rad_s)
-    return State(
+    return BearingState(
         speed_rad_s,
         _friction(moment, speed_rad_s, load, bearing.diameter_m),
         _oil(case.lubricant),
@@ -226,7 +226,7 @@ def _petroff(case: PlainCase, speed_rad_s: float) -> State:
     )
 
 
-def _films(case: PlainCase, speeds_rad_s: tuple[float, ...]) -> tuple[State, ...]:
+def _films(case: PlainCase, speeds_rad_s: tuple[float, ...]) -> tuple[BearingState, ...]:
     """Return the states at all speeds, each film the guess of the next."""
     if case.load_N is None and case.eccentricity_ratio is None:
         return tuple(_unloaded(case, speed) for speed in speeds_rad_s)
@@ -239,15 +239,15 @@ def _films(case: PlainCase, speeds_rad_s: tuple[float, ...]) -> tuple[State, ...
     return tuple(states)
 
 
-def _unloaded(case: PlainCase, speed_rad_s: float) -> State:
+def _unloaded(case: PlainCase, speed_rad_s: float) -> BearingState:
     """Return a state without a steady load: Petroff's moment alone."""
     petroff = petroff_moment_N_m(case.bearing, case.lubricant.needed_Pa_s, speed_rad_s)
-    return State(
+    return BearingState(
         speed_rad_s, BearingFriction(), _oil(case.lubricant), oil_film=OilFilm(), petroff_N_m=petroff
     )
 
 
-def _film_state(case: PlainCase, model: FilmModel, speed_rad_s: float, guess: Film | None) -> State:
+def _film_state(case: PlainCase, model: FilmModel, speed_rad_s: float, guess: Film | None) -> BearingState:
     last, bearing = guess, case.bearing
 
     def film_in(lubricant: Lubricant) -> Film | None:
@@ -265,7 +265,7 @@ def _film_state(case: PlainCase, model: FilmModel, speed_rad_s: float, guess: Fi
         return _broken(speed_rad_s, case.lubricant)
     film, lubricant, outlet = running
     load = film.load_N if case.load_N is None else case.load_N
-    return State(
+    return BearingState(
         speed_rad_s,
         _friction(film.moment_N_m, speed_rad_s, load, bearing.diameter_m),
         _oil(lubricant, outlet),
@@ -275,11 +275,11 @@ def _film_state(case: PlainCase, model: FilmModel, speed_rad_s: float, guess: Fi
     )
 
 
-def _fed(case: FedCase, state: FedState) -> State:
+def _fed(case: FedCase, state: FedState) -> BearingState:
     film, speed = state.film, state.speed_rad_s
     if film is None:
         return _broken(speed, state.lubricant)
-    return State(
+    return BearingState(
         speed,
         _friction(film.moment_N_m, speed, film.load_N, case.bearing.diameter_m),
         _oil(state.lubricant, state.outlet_C),
@@ -289,8 +289,8 @@ def _fed(case: FedCase, state: FedState) -> State:
     )
 
 
-def _broken(speed_rad_s: float, lubricant: Lubricant) -> State:
-    return State(speed_rad_s, BearingFriction(), _oil(lubricant), oil_film=OilFilm(), contact=True)
+def _broken(speed_rad_s: float, lubricant: Lubricant) -> BearingState:
+    return BearingState(speed_rad_s, BearingFriction(), _oil(lubricant), oil_film=OilFilm(), contact=True)
 
 
 def _oil(lubricant: Lubricant, outlet_C: float | None = None) -> Oil:
@@ -348,7 +348,7 @@ def _coefficient(moment_N_m: float, load_N: float, diameter_m: float) -> float |
     return 2.0 * moment_N_m / (load_N * diameter_m) if load_N > 0.0 else None
 
 
-def _with_orbit(case: PlainCase, states: tuple[State, ...]) -> BearingAnalysis:
+def _with_orbit(case: PlainCase, states: tuple[BearingState, ...]) -> BearingAnalysis:
     """Return the analysis with the orbit under the history, which gives the friction without another load."""
     if case.history is None:
         return BearingAnalysis(states)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.sparse import csc_array, diags_array
 from scipy.sparse.linalg import splu
 
-from autobalance.engines.bearings.fed_mesh import Conductances, Mesh, conductances
+from autobalance.engines.bearings.fed_mesh import BushMesh, Conductances, conductances
 from autobalance.engines.bearings.film import (
     CONTACT_ECCENTRICITY_RATIO,
     NO_THRESHOLD,
@@ -68,7 +68,7 @@ class FedFilm:
     """
 
     case: FedBearing
-    mesh: Mesh
+    mesh: BushMesh
     eccentricity: Array
     """Place of the journal over the clearance (2,)."""
     unknowns: Array
@@ -218,13 +218,13 @@ def _solve(matrix: csc_array, free: Flags, right: Array) -> Array:
     return np.asarray(solver.solve(right))
 
 
-def fed_film(case: FedBearing, mesh: Mesh, eccentricity: Array, guess: FedFilm | None = None) -> FedFilm:
+def fed_film(case: FedBearing, mesh: BushMesh, eccentricity: Array, guess: FedFilm | None = None) -> FedFilm:
     """Return the film at a place of the journal's centre.
 
     Parameters
     ----------
     case : FedBearing
-    mesh : Mesh
+    mesh : BushMesh
         Of the same bearing and feeds.
     eccentricity : (2,) float
         Of the journal over the clearance, x along the load; its size below 1.
@@ -289,7 +289,7 @@ def fed_film(case: FedBearing, mesh: Mesh, eccentricity: Array, guess: FedFilm |
     )  # fmt: skip
 
 
-def _shear_N_m(case: FedBearing, mesh: Mesh, gap: Callable[[Array], Array]) -> float:
+def _shear_N_m(case: FedBearing, mesh: BushMesh, gap: Callable[[Array], Array]) -> float:
     """Return the moment of shear in a clearance full of oil: η Ω R³ ∫dθ dz/h, fourfold in a closed recess."""
     low, high = mesh.edges[:-1], mesh.edges[1:]
     unit = case.viscosity_Pa_s * case.speed_rad_s * case.bearing.radius_m**3
@@ -319,7 +319,7 @@ STARTS = ((0.0, 0.0), (0.3, 0.8), (0.6, 0.6), (0.85, 0.4), (0.95, 0.3))
 
 
 def fed_film_at_load(
-    case: FedBearing, mesh: Mesh, load_N: float, guess: FedFilm | None = None
+    case: FedBearing, mesh: BushMesh, load_N: float, guess: FedFilm | None = None
 ) -> FedFilm | None:
     """Return the film that carries a load along x; None where none does short of contact."""
     starts = [np.array([r * math.cos(a), r * math.sin(a)]) for r, a in STARTS]
@@ -331,7 +331,7 @@ def fed_film_at_load(
 
 
 def _balanced(
-    case: FedBearing, mesh: Mesh, load_N: float, start: Array, guess: FedFilm | None
+    case: FedBearing, mesh: BushMesh, load_N: float, start: Array, guess: FedFilm | None
 ) -> FedFilm | None:
     """Return the film where Newton's method ends, its steps halved until the missing force shrinks."""
     load, clearance = np.array([load_N, 0.0]), case.bearing.clearance_m
@@ -365,7 +365,7 @@ def _strength(case: FedBearing, feed: Feed) -> float:
 
 
 def fed_film_at_eccentricity(
-    case: FedBearing, mesh: Mesh, ratio: float, guess: FedFilm | None = None
+    case: FedBearing, mesh: BushMesh, ratio: float, guess: FedFilm | None = None
 ) -> FedFilm | None:
     """Return the film at an eccentricity ratio, at the attitude at which it carries along x; None: at none.
 

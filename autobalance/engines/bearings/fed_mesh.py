@@ -23,7 +23,7 @@ from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class BushMesh:
     """Cells of the developed bush; half the length, counted twice, where all feeds lie in its middle."""
 
     bearing: JournalBearing
@@ -43,7 +43,7 @@ class Mesh:
     """Number of the feed in which a cell lies (n, m), −1: none."""
 
     @classmethod
-    def of(cls, bearing: JournalBearing, feeds: tuple[Feed, ...], grid: tuple[int, int]) -> Mesh:
+    def of(cls, bearing: JournalBearing, feeds: tuple[Feed, ...], grid: tuple[int, int]) -> BushMesh:
         """Return the cells, about as many around and along as requested."""
         half = 0.5 * bearing.length_m
         mirrored = all(feed.z_m == 0.0 for feed in feeds)
@@ -124,7 +124,7 @@ class Conductances:
     out: Array
 
 
-def conductances(mesh: Mesh, at_edges: Array, at_cells: Array) -> Conductances:
+def conductances(mesh: BushMesh, at_edges: Array, at_cells: Array) -> Conductances:
     """Return the conductances of flows h³/(12 η), given at the lines along (n,) and the cells (n,)."""
     numbers, land = mesh.unknown, (mesh.feed_at < 0).astype(np.float64)
     turn, radius = np.diff(mesh.edges), mesh.bearing.radius_m

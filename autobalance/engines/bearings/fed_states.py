@@ -16,7 +16,7 @@ from autobalance.engines.bearings.fed_film import (
     fed_film_at_eccentricity,
     fed_film_at_load,
 )
-from autobalance.engines.bearings.fed_mesh import Mesh
+from autobalance.engines.bearings.fed_mesh import BushMesh
 from autobalance.types import Array
 from autobalance.value_classes import dataclass
 
@@ -67,14 +67,14 @@ def _state(case: FedCase, speed_rad_s: float, guess: FedFilm | None) -> FedState
     return FedState(speed_rad_s, case.lubricant.at(celsius), film, outlet)
 
 
-def _bearing(case: FedCase, lubricant: Lubricant, speed_rad_s: float) -> tuple[FedBearing, Mesh]:
+def _bearing(case: FedCase, lubricant: Lubricant, speed_rad_s: float) -> tuple[FedBearing, BushMesh]:
     """Return the bearing at a speed; restrictors have the oil as it is supplied, where that is known."""
     viscosity = lubricant.needed_Pa_s
     supply, oil = lubricant.supply, lubricant.oil
     upstream = viscosity if supply is None or oil is None else oil.viscosity_Pa_s(supply.celsius)
     feeds = case.feeds(upstream)
     fed = FedBearing(case.bearing, feeds, viscosity, speed_rad_s, case.wedge, case.boundary)
-    return fed, Mesh.of(case.bearing, feeds, case.grid)
+    return fed, BushMesh.of(case.bearing, feeds, case.grid)
 
 
 def fed_figures(case: FedCase, states: list[FedState]) -> FedBearingFigures:
@@ -165,7 +165,7 @@ class HeatPath:
 
 
 @dataclass(frozen=True)
-class Stage:
+class SpeedStage:
     """A time at one speed: duration [s], and the friction's power [W] by the temperature [°C]."""
 
     duration_s: float
@@ -194,13 +194,15 @@ class Warming:
         return float(np.interp(time_s, self.time_s, self.celsius))
 
 
-def warming(path: HeatPath, stages: Sequence[Stage], start_C: float, step_s: float | None = None) -> Warming:
+def warming(
+    path: HeatPath, stages: Sequence[SpeedStage], start_C: float, step_s: float | None = None
+) -> Warming:
     """Return the temperature through stages, one after the other.
 
     Parameters
     ----------
     path : HeatPath
-    stages : sequence of Stage
+    stages : sequence of SpeedStage
         At least one.
     start_C : float
     step_s : float, optional
@@ -209,7 +211,7 @@ def warming(path: HeatPath, stages: Sequence[Stage], start_C: float, step_s: flo
     kept, begin, state = [np.array([0.0, start_C, 0.0, 0.0])], 0.0, np.array([start_C, 0.0, 0.0])
     for stage in stages:
 
-        def rates(_: float, y: Array, stage: Stage = stage) -> list[float]:
+        def rates(_: float, y: Array, stage: SpeedStage = stage) -> list[float]:
             made, lost = stage.power_W(float(y[0])), path.lost_W(float(y[0]))
             return [(made - lost) / path.capacity_J_K, made, lost]
 

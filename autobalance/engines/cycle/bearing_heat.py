@@ -19,7 +19,7 @@ from autobalance.declare import MM3_S, NewtonMetres, NotNegative, Ordinal, Posit
 from autobalance.engines.bearings.fed_states import HOTTEST_C, HeatPath, steady_temperature_C
 from autobalance.engines.bearings.film import JournalBearing, petroff_moment_N_m
 from autobalance.engines.cycle.analysis import CycleAnalysis
-from autobalance.engines.cycle.factors import MainLoads
+from autobalance.engines.cycle.factors import FactorMainLoads
 from autobalance.engines.cycle.films import Bearings, main_bearings, orbits_of
 from autobalance.engines.cycle.model import Cycle, MainHeat, table_of
 from autobalance.engines.cycle.section import CycleSection
@@ -110,7 +110,7 @@ def heated_mains(cycle: CycleAnalysis, job: Job, crank: Crank) -> HeatedMains:
     heat, speed = table.heat, cycle.speed_rad_s
     if table.film is None:
         return _dry(cycle, heat)
-    loads = MainLoads.of(cycle.firing)
+    loads = FactorMainLoads.of(cycle.firing)
     films = _Films(
         cycle,
         main_bearings(crank.anatomy, table.film),

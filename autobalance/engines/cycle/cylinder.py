@@ -19,7 +19,7 @@ from autobalance.engines.cycle.closed_part import (
     Wiebe,
     edges_between,
 )
-from autobalance.engines.cycle.trace import Trace
+from autobalance.engines.cycle.trace import PressureTrace
 from autobalance.engines.cycle.wall_heat import SolvedPart, Woschni
 from autobalance.running_gear.articulated import LinkCrank
 from autobalance.types import Array
@@ -94,7 +94,7 @@ class CylinderCycle:
     charge : Charge
     part : ClosedPart or None
         None where the pressure was measured.
-    trace : Trace or None
+    trace : PressureTrace or None
     heat_n_mm : float or None
         That fuel brings, None where it is not known [N·mm].
     """
@@ -103,7 +103,7 @@ class CylinderCycle:
     exchange: GasExchange
     charge: Charge
     part: ClosedPart | None = None
-    trace: Trace | None = None
+    trace: PressureTrace | None = None
     heat_n_mm: float | None = None
 
     @classmethod
@@ -136,7 +136,9 @@ class CylinderCycle:
         return cls(chamber, exchange, charge, part, None, None if heat is None else heat.heat_n_mm)
 
     @classmethod
-    def measured(cls, chamber: Chamber, exchange: GasExchange, charge: Charge, trace: Trace) -> CylinderCycle:
+    def measured(
+        cls, chamber: Chamber, exchange: GasExchange, charge: Charge, trace: PressureTrace
+    ) -> CylinderCycle:
         """Return the cycle of a measured pressure."""
         exchange.closed_ends_rad(chamber)
         return cls(chamber, exchange, charge, None, trace)
@@ -328,7 +330,7 @@ class CylinderCycle:
         shares = self._work_shares_mm3(self.trace)
         return float(np.std(self.trace.pressure_mpa @ shares) / self.chamber.swept_mm3)
 
-    def _work_shares_mm3(self, trace: Trace) -> Array:
+    def _work_shares_mm3(self, trace: PressureTrace) -> Array:
         """Return the weight of each row's pressure in ∮ p dV, linear between rows (n,) [mm³]."""
         edges = np.append(trace.angle_rad, trace.angle_rad[0] + trace.span_rad)
         panels = Panels.between(edges, 5)

@@ -32,7 +32,7 @@ MIN_SPEED_RATIO = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class FactorRow:
+class FactorLoadsRow:
     """Main-bearing loads and friction of an ideal crank.
 
     Attributes
@@ -69,14 +69,14 @@ def ideal_counterweights(firing: FiringEngine, factor: float) -> tuple[CrankUnba
 
 
 @dataclass(frozen=True, eq=False)
-class MainLoads:
+class FactorMainLoads:
     """Loads of the mains at any speed and factor, from the parts of one calculation."""
 
     firing: FiringEngine
     parts: LoadParts
 
     @classmethod
-    def of(cls, firing: FiringEngine) -> MainLoads:
+    def of(cls, firing: FiringEngine) -> FactorMainLoads:
         return cls(firing, firing.parts)
 
     def crank_n(self, factor: float | None) -> Complex:
@@ -95,17 +95,17 @@ class MainLoads:
         lever = self.firing.friction.main_lever_mm(self.firing.main_diameters_mm)
         return float(lever @ mean_mains_n) * N_M_PER_N_MM + self.firing.piston_friction_n_m(speed_rad_s)
 
-    def row(self, factor: float, speed_rad_s: float) -> FactorRow:
+    def row(self, factor: float, speed_rad_s: float) -> FactorLoadsRow:
         """Return the row of a factor."""
         size = self.sizes_n(factor, speed_rad_s)
         means = self.firing.grid.mean(size)
         friction = self.friction_mean_n_m(means, speed_rad_s)
-        return FactorRow(factor, size.max(axis=1), float(means.mean()), friction)
+        return FactorLoadsRow(factor, size.max(axis=1), float(means.mean()), friction)
 
     @cached_property
-    def means(self) -> MeanLoads:
+    def means(self) -> CycleMeanLoads:
         """The same for means over the cycle alone."""
-        return MeanLoads.of(self.firing, self.parts)
+        return CycleMeanLoads.of(self.firing, self.parts)
 
     def surplus_n_m(self, factor: float | None, speed_rad_s: float) -> float:
         """Return the mean torque that friction leaves, at a speed [N·m]."""
@@ -113,7 +113,7 @@ class MainLoads:
 
 
 @dataclass(frozen=True, eq=False)
-class MeanLoads:
+class CycleMeanLoads:
     """Means over the cycle of friction and of the mains' loads at any speed: from the Gauss points alone.
 
     Components x of all points are before components y of all: a sum at a speed is then one of real numbers.
@@ -139,7 +139,7 @@ class MeanLoads:
     pistons: PistonFrictionParts | None
 
     @classmethod
-    def of(cls, firing: FiringEngine, parts: LoadParts) -> MeanLoads:
+    def of(cls, firing: FiringEngine, parts: LoadParts) -> CycleMeanLoads:
         """Return the parts of an engine that its means need."""
         grid = firing.grid
         points = slice(grid.even_rad.size, None)
@@ -189,9 +189,11 @@ def _apart(vectors: Complex) -> Array:
     return np.concatenate([vectors.real, vectors.imag], axis=-1)
 
 
-def factor_rows(firing: FiringEngine, factors: Sequence[float], speed_rad_s: float) -> tuple[FactorRow, ...]:
+def factor_rows(
+    firing: FiringEngine, factors: Sequence[float], speed_rad_s: float
+) -> tuple[FactorLoadsRow, ...]:
     """Return main-bearing loads and friction by balance factor at a speed."""
-    mains = MainLoads.of(firing)
+    mains = FactorMainLoads.of(firing)
     return tuple(mains.row(factor, speed_rad_s) for factor in factors)
 
 
@@ -230,7 +232,7 @@ class TorqueLeft:
 
 
 def torques_left(
-    mains: MainLoads, speed_rad_s: float, factors: Sequence[float | None] = (None,)
+    mains: FactorMainLoads, speed_rad_s: float, factors: Sequence[float | None] = (None,)
 ) -> tuple[TorqueLeft, ...]:
     """Return the torque left with ideal cranks of factors (None: the crank as it is)."""
     means = mains.means
@@ -260,7 +262,9 @@ def key_figures(
     Hoem & Røsholm 2016, Sec. 1.3: throttle response, largest speed and largest torque.
     """
     inertia = mean_inertia_g_mm2(firing)
-    return tuple(left.figures(inertia) for left in torques_left(MainLoads.of(firing), speed_rad_s, factors))
+    return tuple(
+        left.figures(inertia) for left in torques_left(FactorMainLoads.of(firing), speed_rad_s, factors)
+    )
 
 
 def mean_inertia_g_mm2(firing: FiringEngine) -> float:
@@ -283,7 +287,7 @@ def inertia_figures(firing: FiringEngine, speed_rad_s: float, shares: Sequence[f
     changed = [with_inertia(firing, share) for share in shares]
     if any(each.driven_inertia_g_mm2 for each in firing.drives):  # whose pull depends on the inertia before
         return [key_figures(each, speed_rad_s)[0] for each in changed]
-    (left,) = torques_left(MainLoads.of(firing), speed_rad_s)
+    (left,) = torques_left(FactorMainLoads.of(firing), speed_rad_s)
     return [left.figures(mean_inertia_g_mm2(each)) for each in changed]
 
 
@@ -294,7 +298,7 @@ def reciprocating_figures(
     rows = []
     for share in shares:
         changed = with_reciprocating(firing, share)
-        (left,) = torques_left(MainLoads(changed, changed.parts_beside(firing)), speed_rad_s)
+        (left,) = torques_left(FactorMainLoads(changed, changed.parts_beside(firing)), speed_rad_s)
         rows.append(left.figures(mean_inertia_g_mm2(changed)))
     return rows
 
@@ -326,7 +330,7 @@ def with_reciprocating(firing: FiringEngine, share: float) -> FiringEngine:
 
 
 @dataclass(frozen=True)
-class Circle:
+class LoadCircle:
     """Centre x + iy and radius."""
 
     centre: complex
@@ -346,7 +350,7 @@ class BestCounterweight:
     greatest_n: float
 
 
-def smallest_circle(points: Complex) -> Circle:
+def smallest_circle(points: Complex) -> LoadCircle:
     """Return the smallest circle that holds all points (n,) x + iy.
 
     Points of the hull are put in one by one; one that lies outside lies on the new circle's rim (Welzl). The
@@ -360,23 +364,23 @@ def smallest_circle(points: Complex) -> Circle:
     """
     hull = np.random.default_rng(1).permutation(_hull(points))
     slack = 1e-12 * max(1.0, float(np.abs(hull).max()))
-    circle = Circle(complex(hull[0]), 0.0)
+    circle = LoadCircle(complex(hull[0]), 0.0)
     for place, point in enumerate(hull):
         if abs(point - circle.centre) > circle.radius + slack:
             circle = _with_one(hull[:place], complex(point), slack)
     return circle
 
 
-def _with_one(points: Complex, on_rim: complex, slack: float) -> Circle:
-    circle = Circle(on_rim, 0.0)
+def _with_one(points: Complex, on_rim: complex, slack: float) -> LoadCircle:
+    circle = LoadCircle(on_rim, 0.0)
     for place, point in enumerate(points):
         if abs(point - circle.centre) > circle.radius + slack:
             circle = _with_two(points[:place], on_rim, complex(point), slack)
     return circle
 
 
-def _with_two(points: Complex, first: complex, second: complex, slack: float) -> Circle:
-    circle = Circle(0.5 * (first + second), 0.5 * abs(first - second))
+def _with_two(points: Complex, first: complex, second: complex, slack: float) -> LoadCircle:
+    circle = LoadCircle(0.5 * (first + second), 0.5 * abs(first - second))
     for point in points:
         if abs(point - circle.centre) > circle.radius + slack:
             two = _through(first, second, complex(point))
@@ -384,14 +388,14 @@ def _with_two(points: Complex, first: complex, second: complex, slack: float) ->
     return circle
 
 
-def _through(a: complex, b: complex, c: complex) -> Circle | None:
+def _through(a: complex, b: complex, c: complex) -> LoadCircle | None:
     """Circle through three points; None where they lie on one line."""
     b, c = b - a, c - a
     twice = 2.0 * (b.real * c.imag - b.imag * c.real)
     if twice == 0.0:
         return None
     centre = (abs(b) ** 2 * c - abs(c) ** 2 * b) * -1j / twice
-    return Circle(a + centre, abs(centre))
+    return LoadCircle(a + centre, abs(centre))
 
 
 def _hull(points: Complex) -> Complex:

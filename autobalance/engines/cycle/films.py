@@ -22,10 +22,10 @@ from autobalance.declare import (
     record,
 )
 from autobalance.engines.cycle.analysis import CycleAnalysis
-from autobalance.engines.cycle.factors import MainLoads
+from autobalance.engines.cycle.factors import FactorMainLoads
 from autobalance.engines.cycle.figures import CycleSummary, PendulumFigures, SweepRow
 from autobalance.engines.cycle.firing_engine import FiringEngine
-from autobalance.engines.cycle.model import Film
+from autobalance.engines.cycle.model import OilFilms
 from autobalance.engines.cycle.section import cycle_section_types
 from autobalance.report.records.answers import Head, JobEcho
 from autobalance.types import Array, Complex
@@ -63,7 +63,7 @@ class CycleFilms:
     big_end_cylinders: tuple[int, ...] = ()
 
 
-def main_bearings(anatomy: Anatomy, film: Film) -> Bearings:
+def main_bearings(anatomy: Anatomy, film: OilFilms) -> Bearings:
     """Return the main bearings of a crank, increasing z."""
     pins = sorted(anatomy.main_journals, key=lambda pin: float(pin.centre_mm[2]))
     lengths = [film.main_length_mm or pin.width_mm for pin in pins]
@@ -71,7 +71,7 @@ def main_bearings(anatomy: Anatomy, film: Film) -> Bearings:
     return Bearings(np.array([pin.diameter_mm for pin in pins]), np.array(lengths), clearances)
 
 
-def big_ends(anatomy: Anatomy, film: Film, rods: Sequence[int]) -> Bearings | None:
+def big_ends(anatomy: Anatomy, film: OilFilms, rods: Sequence[int]) -> Bearings | None:
     """Return the big ends, with the number of them on each throw; None if no clearance is given."""
     if film.crankpin_clearance_mm is None:
         return None
@@ -82,14 +82,14 @@ def big_ends(anatomy: Anatomy, film: Film, rods: Sequence[int]) -> Bearings | No
     return Bearings(np.array([pin.diameter_mm for pin in pins]), np.array(lengths), clearances)
 
 
-def cycle_films(cycle: CycleAnalysis, anatomy: Anatomy, film: Film) -> CycleFilms:
+def cycle_films(cycle: CycleAnalysis, anatomy: Anatomy, film: OilFilms) -> CycleFilms:
     """Return the films of a cycle's loads.
 
     The rod swings about a mean turning speed of zero, which is taken for its big end's.
     """
     speed = cycle.speed_rad_s
     mains = main_bearings(anatomy, film)
-    loads = MainLoads.of(cycle.firing)
+    loads = FactorMainLoads.of(cycle.firing)
     whole = loads.parts.mains_n(speed, loads.parts.crank_n)
     groups = [_on_crankpin(cycle.firing, throw.cylinders) for throw in cycle.firing.throws]
     ends = big_ends(anatomy, film, [len(each) for each in groups])
@@ -105,7 +105,7 @@ def cycle_films(cycle: CycleAnalysis, anatomy: Anatomy, film: Film) -> CycleFilm
 
 
 def films_of_mains_mm(
-    cycle: CycleAnalysis, anatomy: Anatomy, film: Film, force_n: Complex
+    cycle: CycleAnalysis, anatomy: Anatomy, film: OilFilms, force_n: Complex
 ) -> list[float | None]:
     """Return the least film of each main under any forces (m, n), x + iy; None where it breaks [mm]."""
     mains = main_bearings(anatomy, film)
@@ -131,7 +131,7 @@ def _on_crankpin(firing: FiringEngine, cylinders: Sequence[int]) -> list[tuple[i
 def least_films_mm(
     firing: FiringEngine,
     anatomy: Anatomy,
-    film: Film,
+    film: OilFilms,
     speeds_rad_s: Sequence[float],
     factors: Sequence[float],
 ) -> list[list[float | None]]:
@@ -139,7 +139,7 @@ def least_films_mm(
 
     All orbits are followed at once.
     """
-    loads = MainLoads.of(firing)
+    loads = FactorMainLoads.of(firing)
     cases = [(speed, factor) for speed in speeds_rad_s for factor in factors]
     forces = [loads.parts.mains_n(speed, loads.crank_n(factor)) for speed, factor in cases]
     bearings = main_bearings(anatomy, film)

@@ -12,7 +12,7 @@ from autobalance.engines.cycle.closed_part import Chamber, Charge, Wiebe
 from autobalance.engines.cycle.cylinder import CylinderCycle, GasExchange, span_rad
 from autobalance.engines.cycle.firing_engine import FiringEngine, ThrowPlace
 from autobalance.engines.cycle.model import Cycle, CylinderGas
-from autobalance.engines.cycle.trace import Trace, read_trace
+from autobalance.engines.cycle.trace import PressureTrace, read_trace
 from autobalance.engines.cycle.wall_heat import Woschni
 from autobalance.errors import JobError
 from autobalance.job import Job
@@ -404,7 +404,7 @@ def _cycles(job: Job, cycle: Cycle, engine: Engine, speed_rad_s: float) -> tuple
                 f"cycle.cylinder number {number}: the engine has {count} cylinder{'s' * (count != 1)}"
             )
     walls = None if cycle.woschni_wall_k is None else Woschni(cycle.woschni_wall_k, speed_rad_s)
-    traces: dict[float, Trace] = {}
+    traces: dict[float, PressureTrace] = {}
     by_gas: dict[tuple[SliderCrank, CylinderGas], CylinderCycle] = {}
     for number, cylinder in enumerate(engine.cylinders, 1):
         gas = cycle.of_cylinder(number)
@@ -424,7 +424,11 @@ def _cycles(job: Job, cycle: Cycle, engine: Engine, speed_rad_s: float) -> tuple
 
 
 def _cylinder_cycle(
-    slider_crank: SliderCrank, gas: CylinderGas, cycle: Cycle, trace: Trace | None, walls: Woschni | None
+    slider_crank: SliderCrank,
+    gas: CylinderGas,
+    cycle: Cycle,
+    trace: PressureTrace | None,
+    walls: Woschni | None,
 ) -> CylinderCycle:
     chamber = Chamber(slider_crank, gas.bore_mm, gas.compression_ratio)
     if gas.crankcase_mm3 is not None and gas.crankcase_mm3 <= chamber.swept_mm3:
@@ -450,12 +454,12 @@ def _cylinder_cycle(
     return CylinderCycle.modelled(chamber, exchange, charge, heat, walls)
 
 
-def _trace(job: Job, cycle: Cycle, gas: CylinderGas) -> Trace:
+def _trace(job: Job, cycle: Cycle, gas: CylinderGas) -> PressureTrace:
     """Return the trace of the job's file: cut into cycles, shifted, smoothed, set to its level."""
     path = job.path.parent / cycle.trace.file
     angle, pressure = read_trace(path)
     try:
-        trace = Trace.cut(angle, pressure, span_rad(cycle.strokes)).shifted(cycle.trace.shift_rad)
+        trace = PressureTrace.cut(angle, pressure, span_rad(cycle.strokes)).shifted(cycle.trace.shift_rad)
         if cycle.trace.smooth_rad > 0.0:
             trace = trace.smoothed(cycle.trace.smooth_rad)
         if cycle.trace.peg == "intake":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from autobalance.engines.cycle.factors import MainLoads
+from autobalance.engines.cycle.factors import FactorMainLoads
 from autobalance.engines.cycle.firing_engine import FiringEngine
 from autobalance.types import Array
 from autobalance.units import N_M_PER_G_MM2_S2
@@ -82,7 +82,7 @@ def free_run(
 
 
 def _friction(firing: FiringEngine, factor: float | None, start: float, end: float) -> CubicSpline:
-    mains = MainLoads.of(firing)
+    mains = FactorMainLoads.of(firing)
     speeds = np.linspace(0.5 * start, 1.2 * end, FRICTION_SPEEDS)
     return CubicSpline(
         speeds, [firing.gas_mean_n_m - mains.surplus_n_m(factor, float(each)) for each in speeds]

@@ -200,7 +200,7 @@ class Absorber:
 
 
 @dataclass(frozen=True)
-class Film:
+class OilFilms:
     """Oil films: viscosity [Pa·s], radial clearances and lengths [mm]; None: as long as the pins are wide."""
 
     viscosity_pa_s: float
@@ -240,7 +240,7 @@ class Cycle:
     woschni_wall_k: float | None
     friction: Friction
     absorber: Absorber | None = None
-    film: Film | None = None
+    film: OilFilms | None = None
     gravity: Gravity | None = None
     drives: tuple[Drive, ...] = ()
     piston: PistonFriction | None = None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 from autobalance import registry
 from autobalance.balancing.engine_from_job import with_solid
 from autobalance.balancing.measured import Crank
-from autobalance.balancing.sections import Section, State
+from autobalance.balancing.sections import ReportSection, State
 from autobalance.crank.anatomy import Anatomy
 from autobalance.declare import NewtonMetres, Rpm, record
 from autobalance.engines.cycle.analysis import CycleAnalysis
@@ -162,7 +162,7 @@ def _unchecked(job: Job) -> str:
     return "the measured pressure is not kept with the report" if measured else ""
 
 
-SECTION = Section(
+SECTION = ReportSection(
     LoadsWithGas,
     "Of jobs with a cycle: loads over it at top speed, of the crank before and after.",
     begun=_cycle,

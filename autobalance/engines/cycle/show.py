@@ -10,7 +10,7 @@ import numpy as np
 
 from autobalance.declare import ABSENT, Absent
 from autobalance.engines.cycle.analysis import CycleAnalysis
-from autobalance.engines.cycle.factors import MainLoads, key_figures
+from autobalance.engines.cycle.factors import FactorMainLoads, key_figures
 from autobalance.engines.cycle.section import cycle_section
 from autobalance.report.files import from_here
 from autobalance.report.plots import Plot
@@ -365,7 +365,7 @@ def _plot_factors(cycle: CycleAnalysis, factors: Sequence[float], at: str) -> Pl
     """Return the load and friction of the mains over the angle, and the throttle response, by factor."""
     from autobalance.report import plots
 
-    mains, speed = MainLoads.of(cycle.firing), cycle.speed_rad_s
+    mains, speed = FactorMainLoads.of(cycle.firing), cycle.speed_rad_s
     names = [f"{100.0 * factor:g} %" for factor in factors]
     sizes = [cycle.grid.even(mains.sizes_n(factor, speed).max(axis=0)) for factor in factors]
     figures = key_figures(cycle.firing, speed, factors)

@@ -11,8 +11,8 @@ from autobalance.declare import ABSENT, Absent
 from autobalance.engines.cycle import figures
 from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.engines.cycle.factors import (
-    FactorRow,
-    MainLoads,
+    FactorLoadsRow,
+    FactorMainLoads,
     best_counterweight,
     best_counterweight_at,
     factor_rows,
@@ -117,7 +117,7 @@ def _speed(cycle: CycleAnalysis, fluctuation: float | None) -> figures.CycleSpee
 def _run_up(cycle: CycleAnalysis) -> list[figures.RunUpPoint] | None:
     """Return times of the unloaded engine at each fifth of its speed; None where friction holds it."""
     speeds = np.linspace(RUN_UP_FROM, 1.0, 5) * cycle.speed_rad_s
-    mains = MainLoads.of(cycle.firing)
+    mains = FactorMainLoads.of(cycle.firing)
     times = run_up_s(lambda speed: mains.surplus_n_m(None, speed), cycle.mean_inertia_g_mm2, speeds)
     if times is None:
         return None
@@ -148,7 +148,7 @@ def _loads(cycle: CycleAnalysis) -> figures.CycleLoads:
     )
 
 
-def _factor_loads(row: FactorRow, least_film_mm: float | Absent | None) -> figures.FactorLoads:
+def _factor_loads(row: FactorLoadsRow, least_film_mm: float | Absent | None) -> figures.FactorLoads:
     return figures.FactorLoads(
         factor=row.factor,
         greatest_main_n=row.greatest_main_n,
@@ -166,7 +166,7 @@ def sweep_rows(
     least_film_mm: Sequence[Sequence[float | None]] | None = None,
 ) -> list[figures.SweepRow]:
     """Return loads, friction and torque of ideal cranks by speed, then factor, at unchanged pressures."""
-    mains, gas = MainLoads.of(cycle.firing), cycle.firing.gas_mean_n_m
+    mains, gas = FactorMainLoads.of(cycle.firing), cycle.firing.gas_mean_n_m
     films = [[None] * len(factors)] * len(speeds_rad_s) if least_film_mm is None else least_film_mm
     rows = [
         (speed, mains.row(factor, speed), film)

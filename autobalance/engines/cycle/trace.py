@@ -27,7 +27,7 @@ WHOLE_SHARE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Trace:
+class PressureTrace:
     """Pressures of one or more cycles at the same angles after firing top dead centre.
 
     Attributes
@@ -48,7 +48,7 @@ class Trace:
     whole: bool = True
 
     @classmethod
-    def cut(cls, angle_rad: Array, pressure_mpa: Array, span_rad: float) -> Trace:
+    def cut(cls, angle_rad: Array, pressure_mpa: Array, span_rad: float) -> PressureTrace:
         """Cut a record into its cycles.
 
         Parameters
@@ -81,7 +81,7 @@ class Trace:
         )
 
     @classmethod
-    def _of_cycles(cls, angle: Array, pressure: Array, span_rad: float, count: int) -> Trace:
+    def _of_cycles(cls, angle: Array, pressure: Array, span_rad: float, count: int) -> PressureTrace:
         first = float(angle[0])
         place = angle - first
         cycle = np.minimum(np.floor(place / span_rad + WHOLE_SHARE), count - 1).astype(np.int64)
@@ -101,15 +101,18 @@ class Trace:
         return result
 
     @property
-    def each(self) -> list[Trace]:
+    def each(self) -> list[PressureTrace]:
         """Cycles of the trace, each a trace."""
-        return [Trace(self.angle_rad, row[None, :], self.span_rad, self.whole) for row in self.pressure_mpa]
+        return [
+            PressureTrace(self.angle_rad, row[None, :], self.span_rad, self.whole)
+            for row in self.pressure_mpa
+        ]
 
-    def shifted(self, by_rad: float) -> Trace:
+    def shifted(self, by_rad: float) -> PressureTrace:
         """Return the trace with an angle added to its angles."""
-        return Trace(self.angle_rad + by_rad, self.pressure_mpa, self.span_rad, self.whole)
+        return PressureTrace(self.angle_rad + by_rad, self.pressure_mpa, self.span_rad, self.whole)
 
-    def levelled(self, intake_mpa: float) -> Trace:
+    def levelled(self, intake_mpa: float) -> PressureTrace:
         """Return the trace with one number added, so that its mean from −185° to −175° is the intake's."""
         at = np.linspace(*PEG_RAD, 401)
         if not self.whole:
@@ -119,9 +122,9 @@ class Trace:
         values = self.at(at)
         mean = float(np.mean(0.5 * (values[1:] + values[:-1])))
         raised = self.pressure_mpa + (intake_mpa - mean)
-        return Trace(self.angle_rad, raised, self.span_rad, self.whole)
+        return PressureTrace(self.angle_rad, raised, self.span_rad, self.whole)
 
-    def smoothed(self, width_rad: float) -> Trace:
+    def smoothed(self, width_rad: float) -> PressureTrace:
         """Return each cycle smoothed by cubics fitted over ``width_rad`` (Savitzky and Golay)."""
         from scipy.signal import savgol_filter
 
@@ -133,7 +136,7 @@ class Trace:
         grid = self.angle_rad[0] + length * np.arange(steps + (not self.whole)) / steps
         even = np.stack([np.interp(grid, *self._closed(row)) for row in self.pressure_mpa])
         smooth = savgol_filter(even, window, 3, axis=1, mode="wrap" if self.whole else "interp")
-        return Trace(grid, smooth, self.span_rad, self.whole)
+        return PressureTrace(grid, smooth, self.span_rad, self.whole)
 
     def at(self, after_top_rad: Array) -> Array:
         """Return the mean cycle's pressure, linear between rows [MPa]."""

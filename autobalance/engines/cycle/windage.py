@@ -52,14 +52,14 @@ class Gas:
 
 
 @dataclass(frozen=True)
-class Range:
+class TorqueRange:
     """The low and the high end of a torque [N m]."""
 
     low_N_m: float
     high_N_m: float
 
-    def __add__(self, other: Range) -> Range:
-        return Range(self.low_N_m + other.low_N_m, self.high_N_m + other.high_N_m)
+    def __add__(self, other: TorqueRange) -> TorqueRange:
+        return TorqueRange(self.low_N_m + other.low_N_m, self.high_N_m + other.high_N_m)
 
 
 def free_disc_coefficients(reynolds: float) -> tuple[float, float]:
@@ -110,10 +110,10 @@ def rim_coefficient(reynolds: float) -> float:
 
 def disc_windage(
     radius_m: float, thickness_m: float, gas: Gas, speed_rad_s: float, gap_m: float | None
-) -> Range:
+) -> TorqueRange:
     """Return the torque of a smooth disc, faces and rim; ``gap_m`` to a case on either side, None: free."""
     if speed_rad_s == 0.0:
-        return Range(0.0, 0.0)
+        return TorqueRange(0.0, 0.0)
     reynolds = gas.density_kg_m3 * speed_rad_s * radius_m**2 / gas.viscosity_Pa_s
     faces = 0.5 * gas.density_kg_m3 * speed_rad_s**2 * radius_m**5
     rim = rim_windage_N_m(radius_m, thickness_m, gas, speed_rad_s)
@@ -125,9 +125,9 @@ def disc_windage(
     return scattered(faces * min(coefficients) + rim, faces * max(coefficients) + rim)
 
 
-def scattered(low_N_m: float, high_N_m: float) -> Range:
+def scattered(low_N_m: float, high_N_m: float) -> TorqueRange:
     """Return a range widened by what measurements stray from the laws in print."""
-    return Range((1.0 - SCATTER) * low_N_m, (1.0 + SCATTER) * high_N_m)
+    return TorqueRange((1.0 - SCATTER) * low_N_m, (1.0 + SCATTER) * high_N_m)
 
 
 def rim_windage_N_m(radius_m: float, length_m: float, gas: Gas, speed_rad_s: float) -> float:
@@ -139,7 +139,9 @@ def rim_windage_N_m(radius_m: float, length_m: float, gas: Gas, speed_rad_s: flo
     return pressure * 2.0 * math.pi * radius_m**4 * length_m * rim_coefficient(reynolds)
 
 
-def edge_windage(rises_m4: float, thickness_m: float, gas: Gas, speed_rad_s: float, cased: bool) -> Range:
+def edge_windage(
+    rises_m4: float, thickness_m: float, gas: Gas, speed_rad_s: float, cased: bool
+) -> TorqueRange:
     """Return the torque of blunt edges that push the air: ⅛ C ρ Ω² b Σ Δ(r⁴).
 
     Parameters
@@ -153,7 +155,7 @@ def edge_windage(rises_m4: float, thickness_m: float, gas: Gas, speed_rad_s: flo
     """
     whole = 0.125 * gas.density_kg_m3 * speed_rad_s**2 * thickness_m * rises_m4
     slip = (1.0 - CORE_SWIRL) ** 2 if cased else 1.0
-    return Range(EDGE_DRAG[0] * slip * whole, EDGE_DRAG[1] * whole)
+    return TorqueRange(EDGE_DRAG[0] * slip * whole, EDGE_DRAG[1] * whole)
 
 
 @dataclass(frozen=True)
@@ -171,7 +173,7 @@ class WebShape:
         rises = float(np.maximum(np.roll(fourth, -1) - fourth, 0.0).sum())
         return cls(float(np.mean(radius_m**5) ** 0.2), rises, thickness_m)
 
-    def windage(self, gas: Gas, speed_rad_s: float, gap_m: float | None) -> Range:
+    def windage(self, gas: Gas, speed_rad_s: float, gap_m: float | None) -> TorqueRange:
         """Return the torque of the web."""
         disc = disc_windage(self.face_radius_m, self.thickness_m, gas, speed_rad_s, gap_m)
         return disc + edge_windage(self.rises_m4, self.thickness_m, gas, speed_rad_s, gap_m is not None)

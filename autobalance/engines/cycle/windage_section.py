@@ -11,7 +11,7 @@ from autobalance.declare import NewtonMetres, NotNegative, Ordinal, record
 from autobalance.engines.cycle.analysis import CycleAnalysis
 from autobalance.engines.cycle.model import table_of
 from autobalance.engines.cycle.section import CycleSection
-from autobalance.engines.cycle.windage import Gas, Range, WebShape, gases_of
+from autobalance.engines.cycle.windage import Gas, TorqueRange, WebShape, gases_of
 from autobalance.job import Job
 from autobalance.report.plots import Plot
 from autobalance.report.tables import table
@@ -61,13 +61,13 @@ class Webs:
     gases: tuple[Gas, Gas]
     gap_m: float | None
 
-    def windage(self, shape: WebShape, speed_rad_s: float) -> Range:
+    def windage(self, shape: WebShape, speed_rad_s: float) -> TorqueRange:
         """Return the range from the thin gas's low end to the thick one's high end."""
         thin, thick = (shape.windage(gas, speed_rad_s, self.gap_m) for gas in self.gases)
-        return Range(thin.low_N_m, thick.high_N_m)
+        return TorqueRange(thin.low_N_m, thick.high_N_m)
 
-    def all(self, speed_rad_s: float) -> Range:
-        return sum((self.windage(each, speed_rad_s) for each in self.shapes), Range(0.0, 0.0))
+    def all(self, speed_rad_s: float) -> TorqueRange:
+        return sum((self.windage(each, speed_rad_s) for each in self.shapes), TorqueRange(0.0, 0.0))
 
 
 def webs_in_air(cycle: CycleAnalysis, job: Job, crank: Crank) -> Webs:
@@ -150,7 +150,7 @@ def _plots(cycle: CycleAnalysis, webs: Webs) -> dict[str, Plot]:
     return {"windage": windage_plot("Windage of the webs", webs.all, cycle.speed_rad_s)}
 
 
-def windage_plot(title: str, range_at: Callable[[float], Range], speed_rad_s: float) -> Plot:
+def windage_plot(title: str, range_at: Callable[[float], TorqueRange], speed_rad_s: float) -> Plot:
     """Return a plot of a windage's range by speed [rad/s], up to half as much again as the speed."""
     from autobalance.report import plots
 

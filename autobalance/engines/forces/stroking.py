@@ -157,7 +157,7 @@ def stroke_for_displacement_mm(displacement_cm3: float, bore_mm: float) -> float
 
 
 @dataclass(frozen=True)
-class Rotor:
+class MidspanDisc:
     """A disc in the middle of a shaft of one material."""
 
     disc_mm: float
@@ -175,7 +175,7 @@ def substitute_rotor(
     shaft_mm: float,
     length_mm: float,
     density_kg_m3: float = STEEL_KG_M3,
-) -> Rotor:
+) -> MidspanDisc:
     """Return a disc on a shaft that has a crank's polar inertia: t = (32 J/(π ρ) − d₂⁴ L₁)/(d₁⁴ − d₂⁴).
 
     Parameters
@@ -218,7 +218,7 @@ def substitute_rotor(
 
 def disc_rotor(
     disc_mm: float, shaft_mm: float, length_mm: float, thickness_mm: float, density_kg_m3: float = STEEL_KG_M3
-) -> Rotor:
+) -> MidspanDisc:
     """Return mass and polar inertia of a disc in the middle of a shaft: J = ρ π/32 (d₁⁴ t + d₂⁴ (L₁ − t)).
 
     Parameters
@@ -240,6 +240,6 @@ def disc_rotor(
     disc = cylinder_mass_g(disc_mm, thickness_mm, density_kg_m3)
     shaft = cylinder_mass_g(shaft_mm, 2.0 * each_side, density_kg_m3)
     inertia = (disc * disc_mm**2 + shaft * shaft_mm**2) / 8.0
-    return Rotor(
+    return MidspanDisc(
         disc_mm, shaft_mm, length_mm, thickness_mm, each_side, disc + shaft, inertia / G_MM2_PER_KG_MM2
     )

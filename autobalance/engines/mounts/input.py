@@ -8,7 +8,7 @@ import numpy as np
 
 from autobalance.declare import COUNTED, NOT_NEGATIVE, POSITIVE, Key, Values
 from autobalance.engines.mounts.rigid_body import Mount, MountedEngine
-from autobalance.engines.mounts.spectra import FrameFile, Measured, Mounts
+from autobalance.engines.mounts.spectra import FrameFile, MeasuredSpectrum, Mounts
 from autobalance.errors import JobError
 from autobalance.job.tables import AddonTables, TablesRead
 from autobalance.types import Array
@@ -143,7 +143,7 @@ def mounts_of(values: Values | None, listed: list[Values], top_rad_s: float) -> 
     if not low < high:
         raise JobError(f"mounts.speed_rpm is [{low:g}, {high:g}]; the first must be the lower one")
     points = tuple((each["name"], np.array(each["at_mm"])) for each in values["point"])
-    measured = tuple(Measured(**each) for each in values["measured"])
+    measured = tuple(MeasuredSpectrum(**each) for each in values["measured"])
     names = [name for name, _ in points]
     for place, each in enumerate(measured, 1):
         if each.point not in names:

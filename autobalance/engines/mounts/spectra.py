@@ -21,7 +21,7 @@ from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredSpectrum:
     """A report of ``orders`` of a point along an axis: its file as the job names it."""
 
     point: str
@@ -53,7 +53,7 @@ class Mounts:
     engine: MountedEngine
     speeds_rad_s: Array
     points: tuple[tuple[str, Array | FramePlace], ...]
-    measured: tuple[Measured, ...] = ()
+    measured: tuple[MeasuredSpectrum, ...] = ()
     frame: FrameFile | None = None
     on_frame: tuple[str, ...] = ()
 
@@ -304,7 +304,7 @@ def _read(path: Path) -> dict[str, Any]:
     return report
 
 
-def _speed_and_unit(report: dict[str, Any], measured: Measured) -> tuple[float, str]:
+def _speed_and_unit(report: dict[str, Any], measured: MeasuredSpectrum) -> tuple[float, str]:
     speed = report["speed"]["mean_rpm"]
     if speed is None:
         raise JobError(f"{measured.file} has no speed; give orders --speed-rpm or --tacho")

@@ -406,7 +406,7 @@ PLACES_PER_RING = 16
 """Places that are tried around a mark: ``RINGS`` rings of this many."""
 
 
-class Placed(NamedTuple):
+class PlacedLabel(NamedTuple):
     """A label: its mark, and the place of its middle."""
 
     mark: tuple[float, float]
@@ -418,7 +418,7 @@ def placed(
     sizes: Sequence[tuple[float, float]],
     picture: tuple[float, float],
     away: float = 0.0,
-) -> list[Placed]:
+) -> list[PlacedLabel]:
     """Return places of labels: near their marks, inside the picture, none over another.
 
     Parameters
@@ -446,7 +446,7 @@ def placed(
                 best = free[0]
                 break
         boxes.append(_box(best, wide, high))
-        places_of_labels.append(Placed(mark, best))
+        places_of_labels.append(PlacedLabel(mark, best))
     return places_of_labels
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from autobalance.errors import FileError, FormatError, system_reason
 from autobalance.runtime import note_read
-from autobalance.signals.record import Record
+from autobalance.signals.record import SignalRecord
 
 READERS = {
     ".csv": "csv",
@@ -23,7 +23,7 @@ READERS = {
 """File ending → module of this package, whose ``read(path, sample_rate_hz)`` returns a Record."""
 
 
-def read(path: str | Path, sample_rate_hz: float | None = None) -> Record:
+def read(path: str | Path, sample_rate_hz: float | None = None) -> SignalRecord:
     """Read a record.
 
     Parameters
@@ -53,7 +53,7 @@ def read(path: str | Path, sample_rate_hz: float | None = None) -> Record:
         record = import_module(f"autobalance.signals.formats.{name}").read(file, sample_rate_hz)
     except OSError as error:
         raise FileError(f"cannot read {file}: {system_reason(error)}") from None
-    if not isinstance(record, Record):
+    if not isinstance(record, SignalRecord):
         raise TypeError(name)
     if not record.channels:
         raise FormatError(f"{file.name} holds no channel of numbers")

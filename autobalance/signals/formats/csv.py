@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from autobalance.errors import FormatError
 from autobalance.signals.formats import agreed_rate
-from autobalance.signals.record import Channel, Record, named
+from autobalance.signals.record import Channel, SignalRecord, named
 from autobalance.types import Array
 from autobalance.value_classes import dataclass
 
@@ -37,7 +37,7 @@ class _Sheet:
     text: list[bool]
 
 
-def read(path: Path, sample_rate_hz: float | None) -> Record:
+def read(path: Path, sample_rate_hz: float | None) -> SignalRecord:
     """Read a file. Text columns are left out, and cells without a number are gaps; notes list both."""
     sheet = _sheet(path)
     notes = [
@@ -53,7 +53,7 @@ def read(path: Path, sample_rate_hz: float | None) -> Record:
     if angle is not None and sample_rate_hz is None:
         return _by_angle(path, sheet, places, angle, notes)
     rate = agreed_rate(f"{path.name} has no column time_s and", None, sample_rate_hz)
-    return Record(path.name, "CSV", _channels(sheet, places, sheet.columns, rate), tuple(notes))
+    return SignalRecord(path.name, "CSV", _channels(sheet, places, sheet.columns, rate), tuple(notes))
 
 
 def _time_scale(sheet: _Sheet, place: int) -> float | None:
@@ -90,7 +90,7 @@ def _channels(sheet: _Sheet, places: list[int], columns: Array, rate_hz: float) 
 
 def _by_time(
     path: Path, sheet: _Sheet, places: list[int], at: int, asked_hz: float | None, notes: list[str]
-) -> Record:
+) -> SignalRecord:
     seconds = sheet.columns[:, at] * (_time_scale(sheet, at) or 1.0)
     rate, rows = _even(path, seconds)
     rate = agreed_rate(path.name, rate, asked_hz)
@@ -102,7 +102,7 @@ def _by_time(
         columns = np.full((int(rows[-1]) + 1, columns.shape[1]), np.nan)
         columns[rows] = sheet.columns
     others = [place for place in places if place != at]
-    return Record(path.name, "CSV", _channels(sheet, others, columns, rate), tuple(notes))
+    return SignalRecord(path.name, "CSV", _channels(sheet, others, columns, rate), tuple(notes))
 
 
 def _even(path: Path, seconds: Array) -> tuple[float, NDArray[np.intp]]:
@@ -157,7 +157,7 @@ def _rounded(rate: float, doubt: float) -> float:
     return rate
 
 
-def _by_angle(path: Path, sheet: _Sheet, places: list[int], at: int, notes: list[str]) -> Record:
+def _by_angle(path: Path, sheet: _Sheet, places: list[int], at: int, notes: list[str]) -> SignalRecord:
     degrees = sheet.columns[:, at] * (_angle_scale(sheet, at) or 1.0)
     steps = np.diff(degrees)
     step = float(np.mean(steps)) if len(steps) else 0.0
@@ -165,7 +165,7 @@ def _by_angle(path: Path, sheet: _Sheet, places: list[int], at: int, notes: list
         raise FormatError(f"{path.name}: the angle does not grow in even steps")
     others = [place for place in places if place != at]
     channels = _channels(sheet, others, sheet.columns, 360.0 / step)
-    return Record(path.name, "CSV", channels, tuple(notes), 360.0 / step, float(degrees[0]))
+    return SignalRecord(path.name, "CSV", channels, tuple(notes), 360.0 / step, float(degrees[0]))
 
 
 def _sheet(path: Path) -> _Sheet:

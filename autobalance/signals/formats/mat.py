@@ -9,12 +9,12 @@ import numpy as np
 
 from autobalance.errors import FormatError
 from autobalance.signals.formats import agreed_rate
-from autobalance.signals.record import Channel, Record, named
+from autobalance.signals.record import Channel, SignalRecord, named
 
 RATE_NAMES = ("fs", "sample_rate")
 
 
-def read(path: Path, sample_rate_hz: float | None) -> Record:
+def read(path: Path, sample_rate_hz: float | None) -> SignalRecord:
     """Read a file; the rate is ``fs`` or ``sample_rate`` [Hz]."""
     from scipy.io import loadmat
     from scipy.io.matlab import MatReadError
@@ -31,7 +31,7 @@ def read(path: Path, sample_rate_hz: float | None) -> Record:
     rate_hz = agreed_rate(path.name, rates[0] if rates else None, sample_rate_hz)
     arrays = {key: np.ravel(value) for key, value in variables.items() if _is_channel(key, value)}
     channels = tuple(Channel(*named(key), rate_hz, value, header=key) for key, value in arrays.items())
-    return Record(path.name, "MAT", channels)
+    return SignalRecord(path.name, "MAT", channels)
 
 
 def _is_number(value: object) -> bool:

@@ -9,10 +9,10 @@ import numpy as np
 
 from autobalance.errors import FormatError
 from autobalance.signals.formats import agreed_rate
-from autobalance.signals.record import Channel, Record
+from autobalance.signals.record import Channel, SignalRecord
 
 
-def read(path: Path, sample_rate_hz: float | None) -> Record:
+def read(path: Path, sample_rate_hz: float | None) -> SignalRecord:
     """Read a file; channels of one name in several groups are named group/channel."""
     try:
         from nptdms import TdmsFile
@@ -37,4 +37,4 @@ def read(path: Path, sample_rate_hz: float | None) -> Record:
         name = each.name if times[each.name] == 1 else f"{each.group_name}/{each.name}"
         unit = each.properties.get("unit_string") or None
         channels.append(Channel(name, unit, rate_hz, np.asarray(each[:])))
-    return Record(path.name, "TDMS", tuple(channels))
+    return SignalRecord(path.name, "TDMS", tuple(channels))

@@ -9,12 +9,12 @@ import numpy as np
 
 from autobalance.errors import FormatError
 from autobalance.signals.formats import agreed_rate
-from autobalance.signals.record import Channel, Record
+from autobalance.signals.record import Channel, SignalRecord
 
 TIME_RESPONSE = 1
 
 
-def read(path: Path, sample_rate_hz: float | None) -> Record:
+def read(path: Path, sample_rate_hz: float | None) -> SignalRecord:
     """Read a file's evenly spaced real time records; other data sets are ignored."""
     try:
         import pyuff
@@ -30,7 +30,7 @@ def read(path: Path, sample_rate_hz: float | None) -> Record:
         reason = " ".join(str(error).split())
         raise FormatError(f"{path.name} is not a universal file that can be read: {reason}") from None
     channels = tuple(_channel(path, each, sample_rate_hz) for each in sets if _is_time_record(each))
-    return Record(path.name, "UFF58", channels)
+    return SignalRecord(path.name, "UFF58", channels)
 
 
 def _is_time_record(data_set: dict[str, Any]) -> bool:

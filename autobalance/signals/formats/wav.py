@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from autobalance.errors import FormatError
 from autobalance.signals.formats import agreed_rate
-from autobalance.signals.record import Channel, Record
+from autobalance.signals.record import Channel, SignalRecord
 
 PCM, FLOAT, EXTENSIBLE = 1, 3, 0xFFFE
 
 
-def read(path: Path, sample_rate_hz: float | None) -> Record:
+def read(path: Path, sample_rate_hz: float | None) -> SignalRecord:
     """Read a RIFF or RF64 file of 8, 16, 24, 32 bit numbers or 32, 64 bit floats."""
     kind, bits, count, rate, start, size = _header(path)
     stored, full = _samples(path, kind, bits, count, start, size)
@@ -24,7 +24,7 @@ def read(path: Path, sample_rate_hz: float | None) -> Record:
     channels = tuple(
         Channel(str(place + 1), None, rate_hz, stored[:, place], 1.0 / full, middle) for place in range(count)
     )
-    return Record(path.name, "WAV", channels)
+    return SignalRecord(path.name, "WAV", channels)
 
 
 def _header(path: Path) -> tuple[int, int, int, int, int, int]:

@@ -12,7 +12,7 @@ import numpy as np
 from autobalance.errors import BodiesError, SolidError
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.cad import kernel
-from autobalance.solid.cad.build import Taken, built, machined
+from autobalance.solid.cad.build import MetalTaken, built, machined
 from autobalance.solid.cad.files import CadFile, NamedBody, read_step_file
 from autobalance.solid.cad.soundness import Gap, sound
 from autobalance.solid.cad.taken import EachTaken, each_taken
@@ -145,7 +145,7 @@ class ExactSolid:
         removed: Sequence[Tool],
         added: Sequence[Tool] = (),
         shares: Sequence[float] | None = None,
-    ) -> tuple[ExactSolid, tuple[Taken | None, ...]]:
+    ) -> tuple[ExactSolid, tuple[MetalTaken | None, ...]]:
         """Return the ``machined`` solid and each removing tool's metal, None where its drawing shows that.
 
         Metal that is on a lowered face is sectioned at the first of ``shares`` of the part's diagonal

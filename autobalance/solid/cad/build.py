@@ -156,7 +156,7 @@ SAME_DRILL = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Taken:
+class MetalTaken:
     """Metal really taken by a tool: moments of the removed volume, and of the new face, density 1."""
 
     volume: Moments
@@ -172,7 +172,7 @@ class Machined:
     """
 
     body: Any
-    taken: tuple[Taken | None, ...]
+    taken: tuple[MetalTaken | None, ...]
 
 
 def machined(
@@ -205,7 +205,7 @@ def machined(
     raise SolidError("the CAD kernel finds fault with the solid after the cut")
 
 
-def _taken(tool: Tool, body: Any, shape: Any) -> Taken | None:
+def _taken(tool: Tool, body: Any, shape: Any) -> MetalTaken | None:
     """Return the metal that a tool's shape takes of a body, None where that does not depend on the body."""
     if not isinstance(tool, Lowering):
         return None
@@ -220,7 +220,7 @@ def _taken(tool: Tool, body: Any, shape: Any) -> Taken | None:
         and float(face.normal @ up) < -SAME_NORMAL
         and abs(float(face.centroid_mm @ up) - low_mm) < SAME_HEIGHT_MM
     ]
-    return Taken(kernel.properties(metal), sum(floor, Moments.zero()))
+    return MetalTaken(kernel.properties(metal), sum(floor, Moments.zero()))
 
 
 def _seamless(result: Any, before: Any) -> Any:

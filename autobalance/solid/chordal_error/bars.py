@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from autobalance.solid.chordal_error.look import ON_SURFACE, Look, tight_mm
-from autobalance.solid.chordal_error.revolved import Lens, Revolved, Sets, cylindrical
+from autobalance.solid.chordal_error.revolved import Lens, RevolvedSurface, Sets, cylindrical
 from autobalance.solid.chordal_error.strips import FEW, MIN_SURE_FACES, axes_of
 from autobalance.solid.chordal_error.turns import AS_WIDE, goes_on_beyond, turns_of, wide_of
 from autobalance.solid.mesh.adjacency import unit
@@ -73,7 +73,7 @@ surfaces, and would be deeper than so many times their largest sag. Exporters bo
 
 
 @dataclass(frozen=True, eq=False)
-class Bar:
+class ErrorBar:
     """An error bar: its mass [g], its first moment across z [g·mm], and that times z and z² (2,)."""
 
     mass_g: float
@@ -81,26 +81,26 @@ class Bar:
     along: Array
 
     @classmethod
-    def of(cls, mass: Array, middle: Array) -> Bar:
+    def of(cls, mass: Array, middle: Array) -> ErrorBar:
         """Add up masses (n,) at places (n, 3), none taken from another."""
         size, z = mass * np.hypot(middle[:, 0], middle[:, 1]), middle[:, 2]
         return cls(float(mass.sum()), float(size.sum()), np.array([size @ z, size @ z**2]))
 
-    def __add__(self, other: Bar) -> Bar:
-        return Bar(
+    def __add__(self, other: ErrorBar) -> ErrorBar:
+        return ErrorBar(
             self.mass_g + other.mass_g, self.unbalance_g_mm + other.unbalance_g_mm, self.along + other.along
         )
 
 
 def fitted_bar(
     look: Look,
-    surfaces: list[Revolved],
+    surfaces: list[RevolvedSurface],
     surface_of: Indices,
     lenses: list[Lens],
     either: Flags,
     angles: Array,
     density_g_mm3: float,
-) -> Bar:
+) -> ErrorBar:
     """Return the error bar of the surfaces fitted; ``angles`` (k,) are the largest between their facets.
 
     Of those that may be ``either`` surfaces or planes (k,) it is all they hide, of others a share; corners
@@ -108,35 +108,37 @@ def fitted_bar(
     """
     seams = Seams.of(look, surface_of)
     unsure = _unsure(look, surfaces, surface_of, seams, angles)
-    total = Bar(0.0, 0.0, np.zeros(2))
+    total = ErrorBar(0.0, 0.0, np.zeros(2))
     used = np.unique(surface_of[surface_of >= 0]).tolist()
     for number in used:
         one = lenses[number]
         share = EITHER_SHARE if either[number] else UNSURE_SHARE if unsure[number] else SURE_SHARE
-        total = total + Bar(share * one.gross_mass_g, share * one.gross_unbalance_g_mm, share * one.gross_at)
+        total = total + ErrorBar(
+            share * one.gross_mass_g, share * one.gross_unbalance_g_mm, share * one.gross_at
+        )
     total = total + _of_samples([lenses[number] for number in used])
     beside, at = _beside(look, surfaces, surface_of)
     wedges, seam = _wedges(look, surfaces, surface_of, seams)
-    return total + Bar.of(density_g_mm3 * beside, at) + Bar.of(density_g_mm3 * wedges, seam)
+    return total + ErrorBar.of(density_g_mm3 * beside, at) + ErrorBar.of(density_g_mm3 * wedges, seam)
 
 
-def _of_samples(lenses: list[Lens]) -> Bar:
+def _of_samples(lenses: list[Lens]) -> ErrorBar:
     """Return the error bar of lenses known from samples of their facets, which err independently."""
     mass, unbalance = (math.hypot(*(one.spread[k] for one in lenses)) for k in (0, 1))
     sampled = [one for one in lenses if one.spread[1] > 0.0]
     gross = sum((one.gross_unbalance_g_mm for one in sampled), 0.0)
     at = sum((one.gross_at for one in sampled), np.zeros(2)) / (gross or 1.0)
-    return Bar(mass, unbalance, unbalance * at)
+    return ErrorBar(mass, unbalance, unbalance * at)
 
 
 def loose_bar(
     look: Look,
-    surfaces: list[Revolved],
+    surfaces: list[RevolvedSurface],
     surface_of: Indices,
     sag_mm: float,
     angles: Array,
     density_g_mm3: float,
-) -> Bar:
+) -> ErrorBar:
     """Return the error bar of smooth facets that no surface was fitted to: L w² δ / 12 at each edge.
 
     ``sag_mm`` and ``angles`` (k,) are the largest of the surfaces fitted. Only edges count at which facets
@@ -150,7 +152,7 @@ def loose_bar(
     open_ = np.zeros(look.count, dtype=bool)
     both = np.flatnonzero(free.take(i) & free.take(j))
     if len(both) == 0:
-        return Bar(0.0, 0.0, np.zeros(2))
+        return ErrorBar(0.0, 0.0, np.zeros(2))
     open_[i[both]] = open_[j[both]] = True
     beside = open_.take(i) | open_.take(j)
     near = open_.copy()
@@ -172,11 +174,11 @@ def loose_bar(
     counts = chords & (alike | ~steep)
     counts &= np.minimum(lean[meet.low[rows]], lean[meet.high[rows]]) >= PLANE_SHARE * angle
     rows = rows[counts]
-    return Bar.of(LOOSE_SHARE * density_g_mm3 * meet.hidden_mm3[rows], meet.middle[rows])
+    return ErrorBar.of(LOOSE_SHARE * density_g_mm3 * meet.hidden_mm3[rows], meet.middle[rows])
 
 
 def accidents(
-    look: Look, surfaces: list[Revolved], surface_of: Indices, lenses: list[Lens], angles: Array
+    look: Look, surfaces: list[RevolvedSurface], surface_of: Indices, lenses: list[Lens], angles: Array
 ) -> tuple[Flags, Flags]:
     """Mark the surfaces (k,) of a few planes whose corners lie on one arc by accident, and those that may be.
 
@@ -202,7 +204,7 @@ def accidents(
     return few & planes, few & ~planes
 
 
-def lean_to_sure(look: Look, surfaces: list[Revolved], surface_of: Indices, sure: Flags) -> Array:
+def lean_to_sure(look: Look, surfaces: list[RevolvedSurface], surface_of: Indices, sure: Flags) -> Array:
     """Return the angle (count,) of each face to a ``sure`` (k,) cylinder next to it; infinite without one.
 
     A plane that goes over into an arc does so to rounding. A chord leans to what its curve goes over into by
@@ -220,7 +222,7 @@ def lean_to_sure(look: Look, surfaces: list[Revolved], surface_of: Indices, sure
     return lean
 
 
-def largest_angles(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Array:
+def largest_angles(look: Look, surfaces: list[RevolvedSurface], surface_of: Indices) -> Array:
     """Return the largest angle between two facets of each surface (k,); of very many some are looked at."""
     i, j = look.pairs
     one = surface_of.take(i)
@@ -254,7 +256,12 @@ class Seams:
 
 
 def _goes_over(
-    look: Look, surfaces: list[Revolved], surface_of: Indices, asked: Flags, seams: Seams, angles: Array
+    look: Look,
+    surfaces: list[RevolvedSurface],
+    surface_of: Indices,
+    asked: Flags,
+    seams: Seams,
+    angles: Array,
 ) -> Indices:
     """Return into how many surfaces or planes beside it each surface (k,) asked goes over without an edge."""
     mine = np.append(asked, [False, False])[surface_of]  # of no surface: the last
@@ -273,12 +280,12 @@ def _goes_over(
     return np.bincount(number, minlength=len(surfaces))
 
 
-def _counts(surfaces: list[Revolved], surface_of: Indices) -> Indices:
+def _counts(surfaces: list[RevolvedSurface], surface_of: Indices) -> Indices:
     """Return the number of faces of each surface (k,)."""
     return np.bincount(surface_of[surface_of >= 0], minlength=len(surfaces))
 
 
-def _points(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Indices:
+def _points(look: Look, surfaces: list[RevolvedSurface], surface_of: Indices) -> Indices:
     """Return the number of points in the profile of each cone and torus (k,); for a cylinder, its faces.
 
     Of many facets some are looked at, enough for a few points.
@@ -298,7 +305,9 @@ def _points(look: Look, surfaces: list[Revolved], surface_of: Indices) -> Indice
     return points
 
 
-def _unsure(look: Look, surfaces: list[Revolved], surface_of: Indices, seams: Seams, angles: Array) -> Flags:
+def _unsure(
+    look: Look, surfaces: list[RevolvedSurface], surface_of: Indices, seams: Seams, angles: Array
+) -> Flags:
     """Mark the surfaces (k,) that hold too few facets, or whose profile has too few points, to be sure of.
 
     A surface that blends into its neighbours on two sides is sure: a match of a fillet's three points is not
@@ -315,7 +324,7 @@ def _unsure(look: Look, surfaces: list[Revolved], surface_of: Indices, seams: Se
 
 
 def _about_sure_axes(
-    look: Look, surfaces: list[Revolved], surface_of: Indices, asked: Flags, angles: Array
+    look: Look, surfaces: list[RevolvedSurface], surface_of: Indices, asked: Flags, angles: Array
 ) -> Flags:
     """Mark the short arcs (k,) asked whose corners all lie at one distance from the axis of a sure cylinder.
 
@@ -348,13 +357,13 @@ def _is_arc_about(corner: Array, point: Array, axis: Array, tight: float) -> boo
     return bool(1 + np.count_nonzero(steps > SAME_PROFILE * (turn[-1] - turn[0])) >= LINES_ABOUT_AXIS)
 
 
-def _sure_cylinders(surfaces: list[Revolved], surface_of: Indices) -> Flags:
+def _sure_cylinders(surfaces: list[RevolvedSurface], surface_of: Indices) -> Flags:
     """Mark the cylinders (k,) of so many faces that no accident made them."""
     straight = [not one.tube_mm and not one.slope for one in surfaces]
     return np.array(straight, dtype=bool) & (_counts(surfaces, surface_of) >= MIN_SURE_FACES)
 
 
-def _beside(look: Look, surfaces: list[Revolved], surface_of: Indices) -> tuple[Array, Array]:
+def _beside(look: Look, surfaces: list[RevolvedSurface], surface_of: Indices) -> tuple[Array, Array]:
     """Return the volume [mm³] between each face's corners and its surface, and its place.
 
     Of a surface of very many facets some count for all. The nearest corner counts: others may lie on a chord
@@ -379,7 +388,9 @@ def _beside(look: Look, surfaces: list[Revolved], surface_of: Indices) -> tuple[
     return BESIDE_SAFETY * times * nearest * look.area_mm2[faces], place
 
 
-def _wedges(look: Look, surfaces: list[Revolved], surface_of: Indices, seams: Seams) -> tuple[Array, Array]:
+def _wedges(
+    look: Look, surfaces: list[RevolvedSurface], surface_of: Indices, seams: Seams
+) -> tuple[Array, Array]:
     """Return the volume [mm³] of the wedge at each seam, and its place.
 
     Across the seam the wedge has four corners: the chord, where the direction away from either axis meets its
@@ -406,7 +417,7 @@ def _wedges(look: Look, surfaces: list[Revolved], surface_of: Indices, seams: Se
 
 
 def _seen(
-    look: Look, surfaces: list[Revolved], number: Indices, face: Indices, place: Array
+    look: Look, surfaces: list[RevolvedSurface], number: Indices, face: Indices, place: Array
 ) -> tuple[Array, Array, Array]:
     """Return the height (n,) of surfaces over places (n, 3), their directions, and from there to the surface.
 

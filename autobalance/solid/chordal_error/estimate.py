@@ -23,7 +23,7 @@ from autobalance.solid.chordal_error.revolved import (
     THREE_POINTS,
     Fitted,
     Lens,
-    Revolved,
+    RevolvedSurface,
     lens,
 )
 from autobalance.solid.chordal_error.samples import find_in_samples
@@ -175,7 +175,7 @@ def chordal_error_of(
     With ``sampled`` surfaces are sought in a sample of the facets, and carried from there to all.
     """
     surface_of = np.full(look.count, -1)
-    surfaces: list[Revolved] = []
+    surfaces: list[RevolvedSurface] = []
     if sampled:
         find_in_samples(look, surfaces, surface_of)
     else:
@@ -189,7 +189,7 @@ def chordal_error_of(
 
 def _summed(
     look: Look,
-    surfaces: list[Revolved],
+    surfaces: list[RevolvedSurface],
     surface_of: Indices,
     density_g_mm3: float,
     with_fits: bool,
@@ -234,7 +234,7 @@ def _summed(
 
 def _lenses(
     look: Look,
-    surfaces: list[Revolved],
+    surfaces: list[RevolvedSurface],
     surface_of: Indices,
     density_g_mm3: float,
     before: tuple[Indices, list[Lens]] | None = None,
@@ -317,7 +317,7 @@ def _extent_mm(corners: Array) -> float:
     return float(np.abs(sides).max(initial=0.0))
 
 
-def _split(look: Look, surfaces: list[Revolved], surface_of: Indices, planes: Flags) -> bool:
+def _split(look: Look, surfaces: list[RevolvedSurface], surface_of: Indices, planes: Flags) -> bool:
     """Take planes for what they are, and a torus through few cones for these; return whether any was one."""
     for number in np.flatnonzero(planes).tolist():
         faces = np.flatnonzero(surface_of == number)
@@ -330,7 +330,9 @@ def _split(look: Look, surfaces: list[Revolved], surface_of: Indices, planes: Fl
     return bool(planes.any())
 
 
-def _steep_bar(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> bars.Bar:
+def _steep_bar(
+    look: Look, surfaces: list[RevolvedSurface], surface_of: Indices, density_g_mm3: float
+) -> bars.ErrorBar:
     """Return the error bar of lone triangles that have all corners on a surface beside them.
 
     They turn by more than a real edge does, or are deeper than other chords. But a CAD kernel lays such ones
@@ -346,7 +348,7 @@ def _steep_bar(look: Look, surfaces: list[Revolved], surface_of: Indices, densit
     both = np.stack([np.append(one, other), np.append(other, one)])
     both = both[:, open_[both[0]]]
     tight, of = tight_mm(look), surface_of.copy()
-    total = bars.Bar(0.0, 0.0, np.zeros(2))
+    total = bars.ErrorBar(0.0, 0.0, np.zeros(2))
     for _ in range(STEEP_IN_A_ROW):
         face, source = both[:, (of[both[0]] == -1) & known[of[both[1]]]]
         before = np.unique(np.stack([of[source], face]), axis=1)
@@ -362,7 +364,7 @@ def _steep_bar(look: Look, surfaces: list[Revolved], surface_of: Indices, densit
             held = lens(
                 surfaces[number], corners, look.doubled.take(rows, axis=0), density_g_mm3, IN_QUARTERS
             )
-            total = total + bars.Bar(
+            total = total + bars.ErrorBar(
                 bars.EITHER_SHARE * held.gross_mass_g,
                 bars.EITHER_SHARE * held.gross_unbalance_g_mm,
                 bars.EITHER_SHARE * held.gross_at,
@@ -372,14 +374,14 @@ def _steep_bar(look: Look, surfaces: list[Revolved], surface_of: Indices, densit
     return total
 
 
-def _is_across(look: Look, surface: Revolved, faces: Indices) -> Flags:
+def _is_across(look: Look, surface: RevolvedSurface, faces: Indices) -> Flags:
     """Mark the faces (k,) that lean to a surface by more than a chord may, as the end of a shaft does."""
     normal = surface.normal(look.first_middles(faces))
     along = np.abs(np.einsum("ij,ij->i", normal, look.normal.take(faces, axis=0)))
     return np.asarray(along < np.cos(SMOOTH_RAD))
 
 
-def _fitted(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> Fitted:
+def _fitted(look: Look, surfaces: list[RevolvedSurface], surface_of: Indices, density_g_mm3: float) -> Fitted:
     """Return the surfaces, and the plane of each face that belongs to one."""
     faces = np.flatnonzero(surface_of >= 0)
     number = surface_of[faces]

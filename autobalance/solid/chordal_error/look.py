@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from autobalance.solid.chordal_error.revolved import Revolved, Sets
+from autobalance.solid.chordal_error.revolved import RevolvedSurface, Sets
 from autobalance.solid.mesh.adjacency import Edges, edges_of, plane_faces, unit
 from autobalance.solid.mesh.mesh import Mesh, compacted, ranked
 from autobalance.types import Array, Flags, Indices
@@ -246,7 +246,7 @@ def tight_mm(look: Look) -> float:
     return ROUNDINGS * float(np.spacing(np.float32(reach))) + NEARLY * look.mesh.diagonal_mm
 
 
-def lies_on(look: Look, surface: Revolved, faces: Indices) -> Flags:
+def lies_on(look: Look, surface: RevolvedSurface, faces: Indices) -> Flags:
     """Mark the faces that are chords of a surface: corners on it, middle not too deep, normal across it."""
     row, point = look.corners(faces)
     off = surface.off(point)
@@ -263,7 +263,7 @@ def lies_on(look: Look, surface: Revolved, faces: Indices) -> Flags:
     return between & faces_along(look, surface, faces)
 
 
-def faces_along(look: Look, surface: Revolved, faces: Indices) -> Flags:
+def faces_along(look: Look, surface: RevolvedSurface, faces: Indices) -> Flags:
     """Mark the faces whose normal is across a surface."""
     normal = surface.normal(look.first_middles(faces))
     aligned = np.abs(np.einsum("ij,ij->i", normal, look.normal.take(faces, axis=0)))

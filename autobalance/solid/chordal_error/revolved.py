@@ -39,7 +39,7 @@ IN_QUARTERS = np.concatenate([SIX_POINTS[0] @ each for each in _QUARTERS]), np.t
 
 
 @dataclass(frozen=True, eq=False)
-class Revolved:
+class RevolvedSurface:
     """A surface about an axis: a cylinder or cone r = r0 + slope h, or a torus of tube radius ``tube_mm``.
 
     ``h`` runs along ``axis`` from ``point``; the tube's centre is at (``r0``, ``h0``).
@@ -86,7 +86,7 @@ def _cylindrical(places: Array, point: Array, axis: Array) -> tuple[Array, Array
 
 
 def between(
-    surface: Revolved, corners: Array, doubled: Array, rule: tuple[Array, Array]
+    surface: RevolvedSurface, corners: Array, doubled: Array, rule: tuple[Array, Array]
 ) -> tuple[Array, Array, Array]:
     """Return base points, directions and weights (3, k) of ∫ (base + t·direction)ⁿ up to the surface.
 
@@ -145,7 +145,7 @@ class Lens:
 
 
 def lens(
-    surface: Revolved, corners: Array, doubled: Array, density_g_mm3: float, rule: tuple[Array, Array]
+    surface: RevolvedSurface, corners: Array, doubled: Array, density_g_mm3: float, rule: tuple[Array, Array]
 ) -> Lens:
     """Integrate between a surface and triangles (m, 3, 3); ``doubled`` (m, 3) is twice their area vectors."""
     base, out, weights = between(surface, corners, doubled, rule)
@@ -180,7 +180,7 @@ class Fitted:
 
     Attributes
     ----------
-    surfaces : tuple of Revolved
+    surfaces : tuple of RevolvedSurface
     normals, heights : (k, 3), (k,) float
         Planes of the facets.
     number : (k,) int
@@ -190,7 +190,7 @@ class Fitted:
     density_g_mm3 : float
     """
 
-    surfaces: tuple[Revolved, ...]
+    surfaces: tuple[RevolvedSurface, ...]
     normals: Array
     heights: Array
     number: Indices

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from autobalance.solid.chordal_error.look import Look, faces_along, tight_mm
-from autobalance.solid.chordal_error.revolved import Cylinders, Revolved, Sets, cylinders
+from autobalance.solid.chordal_error.revolved import Cylinders, RevolvedSurface, Sets, cylinders
 from autobalance.solid.chordal_error.seeds import (
     PARTED_SAGS,
     Points,
@@ -63,7 +63,7 @@ SAME_SHARE, SAME_COSINE = 0.02, 1.0 - 1e-4
 be of one cylinder: an arc of 8° shows its radius to 1e-3."""
 
 
-def find_in_samples(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
+def find_in_samples(look: Look, surfaces: list[RevolvedSurface], surface_of: Indices) -> None:
     """Find the surfaces of a large mesh and assign the faces (count,) to them."""
     pieces = _Pieces.of(look)
     for _ in range(ROUNDS):
@@ -92,10 +92,12 @@ def find_in_samples(look: Look, surfaces: list[Revolved], surface_of: Indices) -
     surface_of[mine] = number
 
 
-def _find(look: Look, sample: Indices, surfaces: list[Revolved], surface_of: Indices) -> list[_Carried]:
+def _find(
+    look: Look, sample: Indices, surfaces: list[RevolvedSurface], surface_of: Indices
+) -> list[_Carried]:
     """Find the surfaces of a sample (k,) of faces; return them, those of most faces first."""
     part = look.part(sample)
-    found: list[Revolved] = []
+    found: list[RevolvedSurface] = []
     found_of = np.full(part.count, -1)
     axes = axes_of(look, surfaces, surface_of)
     find_cylinders(part, found, found_of)
@@ -119,14 +121,14 @@ def _find(look: Look, sample: Indices, surfaces: list[Revolved], surface_of: Ind
 class _Carried:
     """A surface with its number, its faces (k,) of a sample, their depth and how far off corners may be."""
 
-    surface: Revolved
+    surface: RevolvedSurface
     number: int
     own: Indices
     deepest_mm: float
     tight_mm: float
 
     @classmethod
-    def of(cls, look: Look, surface: Revolved, number: int, own: Indices) -> _Carried:
+    def of(cls, look: Look, surface: RevolvedSurface, number: int, own: Indices) -> _Carried:
         """Look at the faces ``own`` (k,) of a surface."""
         some = own[:: 1 + len(own) // OWN_MOST]
         row, corner = look.corners(some)
@@ -234,7 +236,7 @@ class _Pieces:
             surface_of[some] = one.number
 
 
-def _fit_together(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
+def _fit_together(look: Look, surfaces: list[RevolvedSurface], surface_of: Indices) -> None:
     """Fit the pieces of one cylinder together, in place."""
     tight, open_ = tight_mm(look), np.ones(len(surfaces), dtype=bool)
     for _ in range(REGROUPED):
@@ -248,7 +250,7 @@ def _fit_together(look: Look, surfaces: list[Revolved], surface_of: Indices) -> 
         fits = _outer_cylinders(look, corner, which, np.array([surfaces[one].axis for one in leaders]))
         open_[leaders] = False
         for one in np.flatnonzero(fits.worst_mm <= tight).tolist():
-            whole = Revolved(fits.point[one], fits.axis[one], float(fits.radius[one]))
+            whole = RevolvedSurface(fits.point[one], fits.axis[one], float(fits.radius[one]))
             mine = faces[number == one]
             on = _lie_beside(look, whole, mine, tight)
             if on[surface_of[mine] == leaders[one]].mean() > OUTER_LEAST:
@@ -256,7 +258,7 @@ def _fit_together(look: Look, surfaces: list[Revolved], surface_of: Indices) -> 
                 surface_of[mine[on]] = leaders[one]
 
 
-def _lie_beside(look: Look, surface: Revolved, faces: Indices, tight: float) -> Flags:
+def _lie_beside(look: Look, surface: RevolvedSurface, faces: Indices, tight: float) -> Flags:
     """Mark the faces (k,) with two corners on a surface at least, and none outside."""
     row, corner = look.corners(faces)
     off = surface.off(corner)
@@ -266,7 +268,7 @@ def _lie_beside(look: Look, surface: Revolved, faces: Indices, tight: float) -> 
 
 
 def _groups(
-    surfaces: list[Revolved], surface_of: Indices, asked: Flags | None = None
+    surfaces: list[RevolvedSurface], surface_of: Indices, asked: Flags | None = None
 ) -> tuple[Indices, list[int]]:
     """Return the group (k,) of each cylinder of faces, −1 for others, and the largest of each group."""
     count = np.bincount(surface_of[surface_of >= 0], minlength=len(surfaces))
@@ -291,7 +293,7 @@ def _groups(
     return group, leaders
 
 
-def _unite(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
+def _unite(look: Look, surfaces: list[RevolvedSurface], surface_of: Indices) -> None:
     """Assign the faces of pieces of a cylinder to the largest of them, where they lie on it as well.
 
     A few facets that holes cut off lie on a separate cylinder, with their corners on its chords.
@@ -309,7 +311,7 @@ def _unite(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
         surface_of[one.holds(look, mine, cut=True)] = leader
 
 
-def _fit_again(look: Look, surfaces: list[Revolved], surface_of: Indices, first: int) -> None:
+def _fit_again(look: Look, surfaces: list[RevolvedSurface], surface_of: Indices, first: int) -> None:
     """Fit cylinders from the ``first`` on to corners of all their facets, in place."""
     faces = np.flatnonzero(surface_of >= first)
     if len(faces) == 0:
@@ -326,10 +328,12 @@ def _fit_again(look: Look, surfaces: list[Revolved], surface_of: Indices, first:
     tight = tight_mm(look)
     fits = _outer_cylinders(look, corner, which, axis)
     for one in np.flatnonzero(fits.worst_mm <= tight).tolist():
-        surfaces[int(numbers[one])] = Revolved(fits.point[one], fits.axis[one], float(fits.radius[one]))
+        surfaces[int(numbers[one])] = RevolvedSurface(
+            fits.point[one], fits.axis[one], float(fits.radius[one])
+        )
 
 
-def _take_over(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
+def _take_over(look: Look, surfaces: list[RevolvedSurface], surface_of: Indices) -> None:
     """Assign the faces of small surfaces to large ones on which all their corners lie as well.
 
     Seventeen pieces of an oil hole's chords were a cone about another axis, with half of the error bar.

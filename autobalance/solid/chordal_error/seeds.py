@@ -8,7 +8,7 @@ import numpy as np
 
 from autobalance.solid.chordal_error.look import ON_SURFACE, SMOOTH_RAD, Look, lies_on, tight_mm
 from autobalance.solid.chordal_error.revolved import (
-    Revolved,
+    RevolvedSurface,
     Sets,
     circles,
     cylinders,
@@ -16,7 +16,7 @@ from autobalance.solid.chordal_error.revolved import (
     least_directions,
     lines,
 )
-from autobalance.solid.chordal_error.strips import IDLE_AXES, MIN_SURE_FACES, Around, cone, torus
+from autobalance.solid.chordal_error.strips import IDLE_AXES, MIN_SURE_FACES, AroundAxis, cone, torus
 from autobalance.solid.mesh.adjacency import Edges, edges_of
 from autobalance.solid.mesh.mesh import Mesh, longest_sides, numbered_components
 from autobalance.solid.roughness import spread
@@ -91,7 +91,7 @@ class Points:
         return points, which[kept]
 
 
-def find_leftover_cylinders(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
+def find_leftover_cylinders(look: Look, surfaces: list[RevolvedSurface], surface_of: Indices) -> None:
     """Fit cylinders of any axis to pieces of smooth facets that no strip of chords showed."""
     points = Points(look)
     tight = tight_mm(look)
@@ -106,7 +106,7 @@ def find_leftover_cylinders(look: Look, surfaces: list[Revolved], surface_of: In
 
 
 def find_joined(
-    look: Look, surfaces: list[Revolved], surface_of: Indices, axes: list[tuple[Array, Array]]
+    look: Look, surfaces: list[RevolvedSurface], surface_of: Indices, axes: list[tuple[Array, Array]]
 ) -> None:
     """Fit cones, tori and cylinders about known axes to parts of pieces in which several join smoothly."""
     points = Points(look)
@@ -119,7 +119,7 @@ def find_joined(
         if len(i) == 0 or idle == IDLE_AXES:
             return
         before = len(surfaces)
-        faces, patches = Around.of(look, i, j, point, axis).patches(-1.0, 1.0 - 1e-8)
+        faces, patches = AroundAxis.of(look, i, j, point, axis).patches(-1.0, 1.0 - 1e-8)
         tries = _tries(look, _worth(look, np.split(faces, patches.starts[1:])))
         for piece, fits in tries.grouped(_profiles(points, tries, point, axis, tight)):
             left = piece
@@ -131,7 +131,7 @@ def find_joined(
         idle = 0 if len(surfaces) > before else idle + 1
 
 
-def adopt_cut_facets(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
+def adopt_cut_facets(look: Look, surfaces: list[RevolvedSurface], surface_of: Indices) -> None:
     """Assign to sure surfaces the facets beside theirs that a hole's rim cuts, as no fit to a few may say.
 
     Such a facet has two corners exactly on the surface; the others lie on its own chord, so not outside, nor
@@ -168,7 +168,7 @@ def adopt_cut_facets(look: Look, surfaces: list[Revolved], surface_of: Indices) 
         sure[:-1] = count[:-1] >= MIN_SURE_FACES
 
 
-def adopt_parted_facets(look: Look, surfaces: list[Revolved], surface_of: Indices) -> bool:
+def adopt_parted_facets(look: Look, surfaces: list[RevolvedSurface], surface_of: Indices) -> bool:
     """Assign to sure surfaces the free facets that have all corners exactly on them; return whether any has.
 
     Where a hole opens into a journal the CAD kernel lays slender triangles from its rim to the ends of the
@@ -197,13 +197,13 @@ def adopt_parted_facets(look: Look, surfaces: list[Revolved], surface_of: Indice
     return len(free) < before
 
 
-def _deepest_mm(look: Look, surface: Revolved, faces: Indices) -> float:
+def _deepest_mm(look: Look, surface: RevolvedSurface, faces: Indices) -> float:
     """Return the height of the deepest middle of faces (k,) over a surface; of very many some count."""
     some = faces[:: 1 + len(faces) // DEPTHS_MOST]
     return float(surface.off(look.first_middles(some)).min())
 
 
-def _cut_from(look: Look, surface: Revolved, deepest: float, beside: Indices, tight: float) -> Flags:
+def _cut_from(look: Look, surface: RevolvedSurface, deepest: float, beside: Indices, tight: float) -> Flags:
     """Mark the faces ``beside`` (k,) that are cut from chords of a surface, at most ``deepest`` under it."""
     row, corner = look.corners(beside)
     off = surface.off(corner)
@@ -216,11 +216,11 @@ def _cut_from(look: Look, surface: Revolved, deepest: float, beside: Indices, ti
 def _taken(
     look: Look,
     points: Points,
-    fitted: Revolved,
+    fitted: RevolvedSurface,
     left: Indices,
     size: int,
     tight: float,
-    surfaces: list[Revolved],
+    surfaces: list[RevolvedSurface],
     surface_of: Indices,
 ) -> Indices:
     """Assign to a surface the faces on it if they are enough for a seed of ``size``; return those left."""
@@ -268,10 +268,10 @@ class _Tries:
         self.sets = Sets(np.cumsum(sizes) - sizes, len(self.faces))
 
     def grouped(
-        self, fitted: dict[int, Revolved]
-    ) -> Iterator[tuple[Indices, list[tuple[Indices, Revolved]]]]:
+        self, fitted: dict[int, RevolvedSurface]
+    ) -> Iterator[tuple[Indices, list[tuple[Indices, RevolvedSurface]]]]:
         """Yield each piece with its seeds that were fitted, by their numbers, and the surfaces."""
-        by_piece: dict[int, list[tuple[Indices, Revolved]]] = {}
+        by_piece: dict[int, list[tuple[Indices, RevolvedSurface]]] = {}
         for number, surface in sorted(fitted.items()):
             by_piece.setdefault(int(self._owner[number]), []).append((self._seeds[number], surface))
         for owner, some in by_piece.items():
@@ -298,7 +298,7 @@ def _seeds(look: Look, piece: Indices) -> list[Indices]:
     return seeds
 
 
-def _on(look: Look, points: Points, surface: Revolved, faces: Indices, tight: float) -> Flags:
+def _on(look: Look, points: Points, surface: RevolvedSurface, faces: Indices, tight: float) -> Flags:
     """Mark the faces (k,) that lie on a surface, their points within ``tight``."""
     row, point = points.of(faces)
     worst = np.zeros(len(faces))
@@ -307,7 +307,7 @@ def _on(look: Look, points: Points, surface: Revolved, faces: Indices, tight: fl
     return np.asarray(counts & (worst <= tight) & lies_on(look, surface, faces))
 
 
-def _cylinders(look: Look, points: Points, tries: _Tries, tight: float) -> dict[int, Revolved]:
+def _cylinders(look: Look, points: Points, tries: _Tries, tight: float) -> dict[int, RevolvedSurface]:
     """Fit a cylinder to the points of each seed; return those that pass through all of them."""
     if len(tries.faces) == 0:
         return {}
@@ -323,12 +323,14 @@ def _cylinders(look: Look, points: Points, tries: _Tries, tight: float) -> dict[
     fits_of = cylinders(some[rows], Sets.of(which[rows]), axis[tried], tight, look.mesh.diagonal_mm)
     fits = (fits_of.swept >= ON_SURFACE) & (fits_of.worst_mm <= tight)
     return {
-        int(tried[one]): Revolved(fits_of.point[one], fits_of.axis[one], float(fits_of.radius[one]))
+        int(tried[one]): RevolvedSurface(fits_of.point[one], fits_of.axis[one], float(fits_of.radius[one]))
         for one in np.flatnonzero(fits).tolist()
     }
 
 
-def _profiles(points: Points, tries: _Tries, point: Array, axis: Array, tight: float) -> dict[int, Revolved]:
+def _profiles(
+    points: Points, tries: _Tries, point: Array, axis: Array, tight: float
+) -> dict[int, RevolvedSurface]:
     """Return the line or the arc through the profile of each seed, if there is one."""
     if len(tries.faces) == 0:
         return {}

@@ -10,7 +10,7 @@ import numpy as np
 from autobalance.solid.chordal_error.look import ON_SURFACE, Look, lies_on, tight_mm
 from autobalance.solid.chordal_error.revolved import (
     Lines,
-    Revolved,
+    RevolvedSurface,
     Sets,
     across,
     circles,
@@ -67,7 +67,7 @@ class Chords:
     radius: Array
 
 
-def find_cylinders(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
+def find_cylinders(look: Look, surfaces: list[RevolvedSurface], surface_of: Indices) -> None:
     """Find strips of chords of one circle, fit their cylinders and assign the faces to them."""
     chords = _chords(look)
     members, sets = _strip_members(look, chords)
@@ -152,7 +152,7 @@ def _turning(look: Look, chords: Chords, members: Indices, sets: Sets) -> Flags:
 
 def _fitted(
     look: Look, chords: Chords, members: Indices, sets: Sets, faces: Indices, faces_of: Sets
-) -> Iterator[tuple[int, Revolved]]:
+) -> Iterator[tuple[int, RevolvedSurface]]:
     """Fit a cylinder to the ruling lines of each strip; yield those that pass through them all."""
     normal = look.normal[faces]
     axis = least_directions(normal, faces_of)
@@ -173,7 +173,7 @@ def _fitted(
     fits &= np.isfinite(fitted.radius)
     for strip in np.flatnonzero(fits).tolist():
         point = fitted.centre[strip] @ np.stack([one[strip], other[strip]])
-        yield strip, Revolved(point, axis[strip], float(fitted.radius[strip]))
+        yield strip, RevolvedSurface(point, axis[strip], float(fitted.radius[strip]))
 
 
 def _far_side(look: Look, faces: Indices, axis: Array, middle: Array) -> Array:
@@ -209,7 +209,7 @@ def _strips(chords: Chords) -> Indices:
     return numbered_components(np.concatenate(links), count)[0]
 
 
-def _is_chord(look: Look, cylinder: Revolved, faces: Indices) -> Flags:
+def _is_chord(look: Look, cylinder: RevolvedSurface, faces: Indices) -> Flags:
     """Mark the faces (k,) of a strip with the depth of a chord of their width; none if most have another."""
     across = np.cross(cylinder.axis, look.normal[faces])
     row, point = look.corners(faces)
@@ -229,7 +229,7 @@ def _is_chord(look: Look, cylinder: Revolved, faces: Indices) -> Flags:
     return np.asarray(depth < uneven * np.median(depth))
 
 
-def _turns_twice(look: Look, cylinder: Revolved, faces: Indices) -> bool:
+def _turns_twice(look: Look, cylinder: RevolvedSurface, faces: Indices) -> bool:
     """Return whether a strip of few faces has three directions at least; pieces of one plane count once."""
     basis = np.linalg.svd(cylinder.axis[None])[2][1:]
     x, y = (look.normal[faces] @ basis.T).T
@@ -238,7 +238,7 @@ def _turns_twice(look: Look, cylinder: Revolved, faces: Indices) -> bool:
     return bool((steps > 0.1 * steps.max(initial=0.0)).sum() >= 2)
 
 
-def _spread(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
+def _spread(look: Look, surfaces: list[RevolvedSurface], surface_of: Indices) -> None:
     """Assign to cylinders the faces beside theirs whose corners lie between facets and circle."""
     if not surfaces:
         return
@@ -269,7 +269,7 @@ def _spread(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
 class _Table:
     """Points, axes and radii of cylinders, to be looked up by their numbers."""
 
-    def __init__(self, cylinders: list[Revolved]) -> None:
+    def __init__(self, cylinders: list[RevolvedSurface]) -> None:
         self.point = np.array([one.point for one in cylinders]).reshape(-1, 3)
         self.axis = np.array([one.axis for one in cylinders]).reshape(-1, 3)
         self.radius = np.array([one.r0 for one in cylinders])
@@ -310,7 +310,7 @@ OUTER_LEAST = 0.9
 """Share of the points that must lie on such a line: of a barrel's three to ten rings two lie on one, too."""
 
 
-def axes_of(look: Look, surfaces: list[Revolved], surface_of: Indices) -> list[tuple[Array, Array]]:
+def axes_of(look: Look, surfaces: list[RevolvedSurface], surface_of: Indices) -> list[tuple[Array, Array]]:
     """Return the distinct axes (point, direction) of the cylinders found, those of most surface first."""
     face_of = surface_of[look.face]
     mine = face_of >= 0
@@ -332,7 +332,7 @@ def axes_of(look: Look, surfaces: list[Revolved], surface_of: Indices) -> list[t
 
 
 def find_revolved(
-    look: Look, surfaces: list[Revolved], surface_of: Indices, axes: list[tuple[Array, Array]]
+    look: Look, surfaces: list[RevolvedSurface], surface_of: Indices, axes: list[tuple[Array, Array]]
 ) -> None:
     """Find cones and tori about known axes among the faces left that are smooth."""
     i, j = look.pairs
@@ -343,7 +343,7 @@ def find_revolved(
         before = len(surfaces)
         free = (surface_of[i] < 0) & (surface_of[j] < 0)
         i, j = i[free], j[free]
-        around = Around.of(look, i, j, point, axis)
+        around = AroundAxis.of(look, i, j, point, axis)
         for slopes in ((-1.0, MAX_AXIAL_SHARE), (ON_SURFACE, 1.0 - 1e-8)):
             faces, patches = around.patches(*slopes)
             for fitted, place in fitted_profiles(look, faces, patches, point, axis):
@@ -356,7 +356,7 @@ def find_revolved(
 
 
 @dataclass(frozen=True, eq=False)
-class Around:
+class AroundAxis:
     """Smooth faces seen from an axis.
 
     Attributes
@@ -374,7 +374,7 @@ class Around:
     pairs: Indices
 
     @classmethod
-    def of(cls, look: Look, i: Indices, j: Indices, point: Array, axis: Array) -> Around:
+    def of(cls, look: Look, i: Indices, j: Indices, point: Array, axis: Array) -> AroundAxis:
         """Return the faces of pairs (i, j) seen from an axis."""
         seen = np.zeros(look.count, dtype=bool)
         seen[i] = seen[j] = True
@@ -400,7 +400,9 @@ class Around:
         return self.faces[members], Sets.of(label[members])
 
 
-def split_in_bands(look: Look, surface: Revolved, faces: Indices) -> list[tuple[Revolved, Indices]]:
+def split_in_bands(
+    look: Look, surface: RevolvedSurface, faces: Indices
+) -> list[tuple[RevolvedSurface, Indices]]:
     """Return cones in place of a torus, each with the faces (k,) that lean as much."""
     lean = look.normal[faces] @ surface.axis
     order = np.argsort(lean, kind="stable")
@@ -416,7 +418,7 @@ def split_in_bands(look: Look, surface: Revolved, faces: Indices) -> list[tuple[
 
 def fitted_profiles(
     look: Look, faces: Indices, patches: Sets, point: Array, axis: Array
-) -> Iterator[tuple[Revolved, int]]:
+) -> Iterator[tuple[RevolvedSurface, int]]:
     """Fit a line (cone) or an arc (torus) to the profile (r, h) of each patch's corners; yield what fits."""
     if len(faces) == 0:
         return
@@ -470,12 +472,12 @@ def _outward(profile: Array, fitted: Lines, number: Indices) -> Array:
     return out
 
 
-def cone(point: Array, axis: Array, middle: Array, direction: Array) -> Revolved:
+def cone(point: Array, axis: Array, middle: Array, direction: Array) -> RevolvedSurface:
     """Return the cone or cylinder whose profile (r, h) is the line through ``middle`` along ``direction``."""
     slope = float(direction[0] / direction[1])
-    return Revolved(point, axis, float(middle[0] - slope * middle[1]), slope)
+    return RevolvedSurface(point, axis, float(middle[0] - slope * middle[1]), slope)
 
 
-def torus(point: Array, axis: Array, centre: Array, tube_mm: float) -> Revolved:
+def torus(point: Array, axis: Array, centre: Array, tube_mm: float) -> RevolvedSurface:
     """Return the torus whose profile (r, h) is the circle about ``centre``."""
-    return Revolved(point, axis, float(centre[0]), 0.0, float(centre[1]), tube_mm)
+    return RevolvedSurface(point, axis, float(centre[0]), 0.0, float(centre[1]), tube_mm)

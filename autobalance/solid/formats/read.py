@@ -22,7 +22,7 @@ from autobalance.solid.formats.raw import Raw
 from autobalance.solid.formats.registry import FOREIGN_CAD, FORMATS, format_of, kind_of
 from autobalance.solid.mesh.mesh import Mesh, in_space_order, weld, without_collapsed
 from autobalance.solid.soundness.bodies import bodies_of, chosen_bodies
-from autobalance.solid.soundness.holes import OpenHoles, Patch, filled
+from autobalance.solid.soundness.holes import ClosedHole, OpenHoles, filled
 from autobalance.solid.soundness.repair import MAX_MOVED_SHARE, solid_of, volume_change
 from autobalance.solid.soundness.validate import check_solid, refuse_overlap
 from autobalance.types import Array, Floats
@@ -70,7 +70,7 @@ class Source:
     step_mm : float
         Between two coordinates that the file can distinguish at its far end, by its digits or its numbers;
         0 where that follows from ``format`` alone.
-    patches : tuple of Patch
+    patches : tuple of ClosedHole
         Holes that were closed.
     key : str
         Stands for file, and how it was read, in the cache; empty for a solid of no file.
@@ -86,7 +86,7 @@ class Source:
     exact: Exact | None = None
     step_mm: float = 0.0
     in_memory_file: bytes | None = None
-    patches: tuple[Patch, ...] = ()
+    patches: tuple[ClosedHole, ...] = ()
     key: str = ""
 
     @property
@@ -296,7 +296,7 @@ def _named(path: Path, error: FormatError | SolidError) -> FormatError | SolidEr
 
 
 def _checked(
-    solid: Solid, doubtful: bool, unite: bool, patches: Sequence[Patch] = ()
+    solid: Solid, doubtful: bool, unite: bool, patches: Sequence[ClosedHole] = ()
 ) -> tuple[Solid, list[str]]:
     """Return a solid that passed the final checks, and a note if it had to be united for that.
 

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 
-class Entry(NamedTuple):
+class FormatEntry(NamedTuple):
     """A format's line.
 
     Attributes
@@ -25,8 +25,8 @@ class Entry(NamedTuple):
     written_as: str = ""
 
 
-_ENTRIES: dict[str, Entry] = {}
-ENTRIES: Mapping[str, Entry] = MappingProxyType(_ENTRIES)
+_ENTRIES: dict[str, FormatEntry] = {}
+ENTRIES: Mapping[str, FormatEntry] = MappingProxyType(_ENTRIES)
 """Formats by their name in reports."""
 
 
@@ -43,7 +43,7 @@ def enter(name: str, endings: tuple[str, ...], place: str, written_as: str = "")
     for other, entry in _ENTRIES.items():
         for ending in set(endings) & set(entry.endings):
             raise ValueError(f"the ending .{ending} is that of {other}")
-    _ENTRIES[name] = Entry(endings, place, written_as)
+    _ENTRIES[name] = FormatEntry(endings, place, written_as)
 
 
 enter("stl", ("stl",), "stl:STL")

@@ -183,7 +183,7 @@ def _cycles(following: Indices) -> list[Indices]:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class SlabPart:
     """Metal of a slab that counts: within a cylinder along z that bounds it there, or on one side of z.
 
     ``centre`` (2,) and ``radius_mm`` of the cylinder: no surface may cross it in the slab; ``side`` (2,):
@@ -195,7 +195,7 @@ class Part:
     side: Array | None = None
 
 
-WHOLE_SLAB = Part()
+WHOLE_SLAB = SlabPart()
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,7 +221,7 @@ class Slab:
         return np.ascontiguousarray(self.vertices.T)
 
     def moments(
-        self, z_range_mm: tuple[float, float], density_g_mm3: float, part: Part = WHOLE_SLAB
+        self, z_range_mm: tuple[float, float], density_g_mm3: float, part: SlabPart = WHOLE_SLAB
     ) -> Moments:
         """Return the mass moments about the origin of the metal between two heights.
 
@@ -230,7 +230,7 @@ class Slab:
         z_range_mm : (float, float)
             Lower and upper height [mm].
         density_g_mm3 : float
-        part : Part
+        part : SlabPart
             Part of the metal that counts.
         """
         z_low, z_high = z_range_mm
@@ -291,7 +291,7 @@ class Slab:
         return meets
 
 
-def _slab_of_soup(soup: Array, below: Array, height: float, part: Part) -> Moments:
+def _slab_of_soup(soup: Array, below: Array, height: float, part: SlabPart) -> Moments:
     """Return the moments that loose triangles (k, 3, 3) contribute between z = 0 and ``height``.
 
     Triangles ``below`` (j, 3, 3), which end at the upper plane, contribute only the plane's share.

@@ -38,7 +38,7 @@ MIN_FACING_COMPONENT = 0.45
 
 
 @dataclass(frozen=True, eq=False)
-class Hole:
+class HoleRim:
     """A rim: its vertices' rows in the sense in which a patch runs, its middle, direction and width."""
 
     rim: Indices
@@ -48,7 +48,7 @@ class Hole:
     along: float
 
 
-def surface_around(points: Array, normals: Array, hole: Hole) -> tuple[Surface, Lift, float]:
+def surface_around(points: Array, normals: Array, hole: HoleRim) -> tuple[Surface, Lift, float]:
     """Return the kind of surface around a hole, the `Lift` onto it, and the spread of points about it."""
     if (
         hole.along < MIN_FACING_COMPONENT
@@ -75,7 +75,7 @@ def _spread(values: Array) -> float:
     return 1.4826 * float(np.median(np.abs(values - np.median(values))))
 
 
-def _cylinder(points: Array, normals: Array, hole: Hole) -> tuple[Lift, float] | None:
+def _cylinder(points: Array, normals: Array, hole: HoleRim) -> tuple[Lift, float] | None:
     """Return the `Lift` onto the cylinder through points and their spread about it, if there is one."""
     from scipy.optimize import least_squares
 
@@ -113,7 +113,7 @@ def _cylinder(points: Array, normals: Array, hole: Hole) -> tuple[Lift, float] |
     return lift, _spread(away(fit.x))
 
 
-def _plate(points: Array, hole: Hole) -> Lift:
+def _plate(points: Array, hole: HoleRim) -> Lift:
     """Return the `Lift` onto a thin plate over the plane of a rim, through the points around it."""
     from scipy.interpolate import RBFInterpolator
 
@@ -239,7 +239,7 @@ NEIGHBOUR_WEIGHT = 0.35
 
 
 @dataclass(frozen=True, eq=False)
-class Patch:
+class ClosedHole:
     """Closed hole: its centre (3,), its size, the surface that closes it, and the metal that may be off."""
 
     centre_mm: Array
@@ -262,7 +262,7 @@ class Patch:
         )
 
 
-def filled(mesh: Mesh, allowed: OpenHoles) -> tuple[Mesh, tuple[Patch, ...]]:
+def filled(mesh: Mesh, allowed: OpenHoles) -> tuple[Mesh, tuple[ClosedHole, ...]]:
     """Close the holes of a mesh as far as ``allowed``; return it with the patches.
 
     Raises
@@ -296,7 +296,7 @@ def filled(mesh: Mesh, allowed: OpenHoles) -> tuple[Mesh, tuple[Patch, ...]]:
     return Mesh(np.concatenate(vertices), np.concatenate(triangles)), tuple(patches)
 
 
-def listed(holes: Sequence[Hole]) -> str:
+def listed(holes: Sequence[HoleRim]) -> str:
     """Return the number of holes, with their widths and places, the widest first."""
     ordered = sorted(holes, key=lambda hole: -hole.width)
     shown = ", ".join(
@@ -321,7 +321,7 @@ def _place(point: Array) -> str:
     return f"({x:.4g}, {y:.4g}, {z:.4g}) mm"
 
 
-def _holes(mesh: Mesh) -> list[Hole]:
+def _holes(mesh: Mesh) -> list[HoleRim]:
     edges = open_edges(mesh.triangles)
     if len(edges) == 0:
         return []
@@ -345,12 +345,12 @@ def _holes(mesh: Mesh) -> list[Hole]:
         facing = mesh.area_vectors.take(beside, axis=0) / areas[:, None]
         length = np.linalg.norm(corners - np.roll(corners, -1, axis=0), axis=1) + MIN_AREA
         along = float(np.average(np.abs(facing @ unit), weights=length))
-        holes.append(Hole(rim, corners.mean(axis=0), unit, width, along))
+        holes.append(HoleRim(rim, corners.mean(axis=0), unit, width, along))
     return holes
 
 
 # --- bores --------------------------------------------------------------------------------------------------
-def _bores(holes: Sequence[Hole], allowed: OpenHoles) -> list[tuple[Hole, Hole]]:
+def _bores(holes: Sequence[HoleRim], allowed: OpenHoles) -> list[tuple[HoleRim, HoleRim]]:
     """Return pairs of rims that are the ends of one bore.
 
     Raises
@@ -367,7 +367,7 @@ def _bores(holes: Sequence[Hole], allowed: OpenHoles) -> list[tuple[Hole, Hole]]
                 " keep_open = [] (--keep-open none) closes all"
             )
         return []
-    pairs: list[tuple[Hole, Hole]] = []
+    pairs: list[tuple[HoleRim, HoleRim]] = []
     for place in allowed.keep_open:
         away = [float(np.linalg.norm(hole.centre - place)) for hole in holes]
         one = holes[int(np.argmin(away))]
@@ -387,7 +387,7 @@ def _bores(holes: Sequence[Hole], allowed: OpenHoles) -> list[tuple[Hole, Hole]]
     return pairs
 
 
-def _face_each_other(one: Hole, other: Hole) -> bool:
+def _face_each_other(one: HoleRim, other: HoleRim) -> bool:
     """Return whether the line through both middles is on both rims of equal width."""
     way = other.centre - one.centre
     length = float(np.linalg.norm(way))
@@ -396,7 +396,7 @@ def _face_each_other(one: Hole, other: Hole) -> bool:
     return alike and upright and float(one.normal @ other.normal) < 0.0
 
 
-def _tube(mesh: Mesh, one: Hole, other: Hole) -> Indices:
+def _tube(mesh: Mesh, one: HoleRim, other: HoleRim) -> Indices:
     """Return triangles (k, 3) of a straight wall between two rims."""
     first, second = one.rim, other.rim[::-1]
     start = mesh.vertices.take(second, axis=0) - mesh.vertices[first[0]]
@@ -420,12 +420,12 @@ def _tube(mesh: Mesh, one: Hole, other: Hole) -> Indices:
     return np.array(corners, dtype=np.int64)
 
 
-def _wall(mesh: Mesh, one: Hole, other: Hole) -> Patch:
+def _wall(mesh: Mesh, one: HoleRim, other: HoleRim) -> ClosedHole:
     length = float(np.linalg.norm(other.centre - one.centre))
     around = np.linalg.norm(np.diff(mesh.vertices.take([*one.rim, one.rim[0]], axis=0), axis=0), axis=1).sum()
     edge = around / len(one.rim)
     area = float(around) * length
-    return Patch(0.5 * (one.centre + other.centre), one.width, area, "bore", 0.1 * float(edge) * area)
+    return ClosedHole(0.5 * (one.centre + other.centre), one.width, area, "bore", 0.1 * float(edge) * area)
 
 
 # --- patches ------------------------------------------------------------------------------------------------
@@ -438,7 +438,7 @@ class _Surroundings:
         self.mesh, self.normals = mesh, unit_at_vertices(mesh, mesh.area_vectors)
         self.tree = cKDTree(mesh.vertices)
 
-    def patched(self, hole: Hole, count: int) -> tuple[Array, Indices, Patch]:
+    def patched(self, hole: HoleRim, count: int) -> tuple[Array, Indices, ClosedHole]:
         """Return a hole's new vertices, numbered from ``count``, its new triangles, and the patch."""
         rim = self.mesh.vertices.take(hole.rim, axis=0)
         edge = float(np.linalg.norm(rim - np.roll(rim, 1, axis=0), axis=1).mean())
@@ -455,7 +455,7 @@ class _Surroundings:
         area = 0.5 * float(np.linalg.norm(doubled, axis=1).sum())
         if surface == "smooth" and len(inner):
             off = max(off, 0.5 * float(np.abs((placed - inner) @ hole.normal).max()))
-        patch = Patch(hole.centre, hole.width, area, surface, PATCH_SIGMAS_95 * area * off)
+        patch = ClosedHole(hole.centre, hole.width, area, surface, PATCH_SIGMAS_95 * area * off)
         return placed, rows[corners], patch
 
     def _around(self, rim: Array, normal: Array, reach: float) -> tuple[Array, Array]:
@@ -465,7 +465,7 @@ class _Surroundings:
         return self.mesh.vertices.take(rows, axis=0), self.normals.take(rows, axis=0)
 
 
-def _flat_patch(rim: Array, hole: Hole, edge: float) -> tuple[Array, Array, Indices]:
+def _flat_patch(rim: Array, hole: HoleRim, edge: float) -> tuple[Array, Array, Indices]:
     """Return points (n, 3) of a flat patch, the rim's first, their shares of the rim's (n, m), and triangles.
 
     The rim is closed between its own corners; then edges inside are halved until none is much longer than

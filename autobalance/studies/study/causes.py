@@ -16,7 +16,7 @@ from autobalance.job.model import Distribution
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.studies.study.input import study_options
-from autobalance.studies.study.plan import Plan
+from autobalance.studies.study.plan import StudyPlan
 from autobalance.studies.study.statistics import Draw, axis_effect, effect_of, shift_effect, turn_effect
 from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
@@ -44,7 +44,7 @@ class Causes:
     direction_rates: Mapping[str, Array]
 
 
-def causes_of(plan: Plan) -> Causes:
+def causes_of(plan: StudyPlan) -> Causes:
     """Return the causes of uncertainty of cranks made to a plan.
 
     Raises
@@ -52,7 +52,7 @@ def causes_of(plan: Plan) -> Causes:
     JobError
         If nothing is.
     """
-    collected = _Collected(plan)
+    collected = _CollectedDraws(plan)
     collected.weights()
     collected.original_weights()
     collected.density()
@@ -69,10 +69,10 @@ def causes_of(plan: Plan) -> Causes:
     return Causes(tuple(collected.draws), collected.factor_rates, collected.direction_rates)
 
 
-class _Collected:
+class _CollectedDraws:
     """Draws as they are found."""
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: StudyPlan) -> None:
         self.plan, self.job, self.anatomy = plan, plan.job, plan.crank.anatomy
         self.options = study_options(plan.job)
         self.draws: list[Draw] = []
@@ -264,7 +264,7 @@ class _Collected:
                 self._add(Draw(label, label, "g·mm", pm, self.options.distribution, effect))
 
 
-def turning_about_the_axis(plan: Plan) -> Moments:
+def turning_about_the_axis(plan: StudyPlan) -> Moments:
     """Return the crank, its slugs and its bob-weights: what goes with the journals."""
     loads = rotor_from_job.throw_loads(plan.crank.anatomy, plan.job.engine)
     return plan.crank_and_slugs + bob_weight_moments(loads, plan.rotor.factor)

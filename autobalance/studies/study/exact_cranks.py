@@ -18,7 +18,7 @@ from autobalance.running_gear.parts import bob_weight_moments
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.studies.study import causes
 from autobalance.studies.study.causes import TABLES, heavier, square_to
-from autobalance.studies.study.plan import Plan
+from autobalance.studies.study.plan import StudyPlan
 from autobalance.studies.study.statistics import effect_of, state_of
 from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
@@ -27,7 +27,7 @@ Deviations = Mapping[str, Array]
 """Values of one crank: by label, (1,) or (2,)."""
 
 
-def exact_state(plan: Plan, deviations: Deviations) -> Array:
+def exact_state(plan: StudyPlan, deviations: Deviations) -> Array:
     """Return the state (4,) of one crank with these deviations, its metal cut and measured again."""
     change = _cut(plan, deviations) - _cut(plan, {})
     density = plan.job.crankshaft.density_g_mm3
@@ -60,7 +60,7 @@ def exact_state(plan: Plan, deviations: Deviations) -> Array:
     return state
 
 
-def _cut(plan: Plan, deviations: Deviations) -> Moments:
+def _cut(plan: StudyPlan, deviations: Deviations) -> Moments:
     """Return the volume moments (density 1, rotor frame) of the crank with its cuts as they came out."""
     frame = plan.crank.anatomy.file_to_rotor
     solid = plan.rotor.solid
@@ -72,21 +72,23 @@ def _cut(plan: Plan, deviations: Deviations) -> Moments:
     return solid.moments(1.0, frame)
 
 
-def _tools(plan: Plan, deviations: Deviations) -> list[tuple[Solid, bool]]:
+def _tools(plan: StudyPlan, deviations: Deviations) -> list[tuple[Solid, bool]]:
     return [
         (cut.tool(_depth(number, depth, deviations)).moved(motion), cut.adds_metal)
         for number, (cut, depth), motion in _cuts_with_motion(plan, deviations)
     ]
 
 
-def _pressed_in(plan: Plan, deviations: Deviations) -> Moments:
+def _pressed_in(plan: StudyPlan, deviations: Deviations) -> Moments:
     total = Moments.zero()
     for number, (cut, depth), motion in _cuts_with_motion(plan, deviations):
         total = total + cut.pressed_in(_depth(number, depth, deviations)).moved(motion)
     return total
 
 
-def _cuts_with_motion(plan: Plan, deviations: Deviations) -> Iterator[tuple[int, tuple[Cut, float], Array]]:
+def _cuts_with_motion(
+    plan: StudyPlan, deviations: Deviations
+) -> Iterator[tuple[int, tuple[Cut, float], Array]]:
     """Yield each cut's number, itself with its depth, and how it lies beside its place."""
     result = plan.result
     holes = [number for number, cut in enumerate(result.corrections, 1) if KINDS[cut.kind].has_axis]
@@ -118,7 +120,7 @@ def _moved_about(point_mm: Array, turn_rad: Array, shift_mm: Array) -> Array:
     return motion
 
 
-def drawn_engine(plan: Plan, deviations: Deviations) -> EngineParts:
+def drawn_engine(plan: StudyPlan, deviations: Deviations) -> EngineParts:
     """Return the engine with its parts as heavy as they came out."""
     engine = plan.job.engine
     by_throw = {}
@@ -135,7 +137,7 @@ def drawn_engine(plan: Plan, deviations: Deviations) -> EngineParts:
     return replace(engine, by_throw=by_throw)
 
 
-def _drawn_factor(plan: Plan, deviations: Deviations, heavier_by: float) -> float:
+def _drawn_factor(plan: StudyPlan, deviations: Deviations, heavier_by: float) -> float:
     """Return the target factor, found again where it is that of the original parts."""
     original = plan.job.original
     if plan.job.balance.factor is not None or original is None:
@@ -152,7 +154,7 @@ def _drawn_factor(plan: Plan, deviations: Deviations, heavier_by: float) -> floa
     return plan.rotor.factor if factor is None else factor
 
 
-def _onto_true_axis(plan: Plan, deviations: Deviations) -> Array:
+def _onto_true_axis(plan: StudyPlan, deviations: Deviations) -> Array:
     """Return the motion (4, 4) that puts the line through the drawn journals onto z."""
     journals = plan.crank.anatomy.main_journals
     ends = []

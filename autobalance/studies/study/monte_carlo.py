@@ -21,7 +21,7 @@ from autobalance.studies.study import causes
 from autobalance.studies.study.advice import Advice, SobolShares, advise, sobol_shares
 from autobalance.studies.study.causes import Causes, causes_of
 from autobalance.studies.study.exact_cranks import drawn_engine, exact_state
-from autobalance.studies.study.plan import Plan
+from autobalance.studies.study.plan import StudyPlan
 from autobalance.studies.study.statistics import (
     Z_95,
     Contribution,
@@ -70,7 +70,7 @@ class KeyFigureCurves:
 
 
 def key_figures(
-    plan: Plan, model: LinearModel, factors: Callable[[Mapping[str, Array], Array], Array | None]
+    plan: StudyPlan, model: LinearModel, factors: Callable[[Mapping[str, Array], Array], Array | None]
 ) -> list[KeyFigureCurves]:
     """Return the key figures: residual, share used, balance factor; with a cycle loads and response too.
 
@@ -78,7 +78,7 @@ def key_figures(
 
     Parameters
     ----------
-    plan : Plan
+    plan : StudyPlan
     model : LinearModel
     factors : callable
         Takes deviations by label and states (n, 4) and returns the balance factors (n,), or None.
@@ -107,7 +107,7 @@ def _of_residual(
     return _followed(model.draws, numbers, STEPS, units, figures)
 
 
-def _of_cycle(plan: Plan, numbers: Mapping[str, Sequence[Draw]]) -> list[KeyFigureCurves]:
+def _of_cycle(plan: StudyPlan, numbers: Mapping[str, Sequence[Draw]]) -> list[KeyFigureCurves]:
     """Return figures of the engine's cycle, which only weights and the density move."""
     moved = {
         cause: draws
@@ -124,7 +124,7 @@ def _of_cycle(plan: Plan, numbers: Mapping[str, Sequence[Draw]]) -> list[KeyFigu
     return _followed(every, moved, CYCLE_STEPS, CYCLE_FIGURES, figures)
 
 
-def _cycle(plan: Plan, deviations: Mapping[str, Array]) -> dict[str, float]:
+def _cycle(plan: StudyPlan, deviations: Mapping[str, Array]) -> dict[str, float]:
     job = replace(plan.job, engine=drawn_engine(plan, deviations))
     moments, anatomy = plan.crank_and_slugs, plan.crank.anatomy
     if causes.DENSITY in deviations:
@@ -247,7 +247,7 @@ class StudyAnswer:
     is what each uses of the permissible value.
     """
 
-    plan: Plan
+    plan: StudyPlan
     model: LinearModel
     deviations: Mapping[str, Array]
     states: Array
@@ -256,7 +256,7 @@ class StudyAnswer:
 
 
 def study_of(
-    plan: Plan,
+    plan: StudyPlan,
     sampler: Sampler,
     target: float | None,
     workers: Workers | None = None,
@@ -333,7 +333,7 @@ def _states_of_part(task: tuple[LinearModel, Mapping[str, Array]]) -> Array:
 
 
 def _checked(
-    plan: Plan, model: LinearModel, deviations: Mapping[str, Array], states: Array, count: int
+    plan: StudyPlan, model: LinearModel, deviations: Mapping[str, Array], states: Array, count: int
 ) -> ModelCheck:
     if count == 0:
         return ModelCheck(0, None, None)
@@ -344,7 +344,7 @@ def _checked(
     return ModelCheck(count, max(errors), max(errors) / model.tolerance.permissible_g_mm)
 
 
-def _factors(plan: Plan, causes: Causes, deviations: Mapping[str, Array], states: Array) -> Array | None:
+def _factors(plan: StudyPlan, causes: Causes, deviations: Mapping[str, Array], states: Array) -> Array | None:
     """Return the balance factor of each crank, f = f_target − U·D/|D|², None where D vanishes."""
     loads = rotor_from_job.throw_loads(plan.crank.anatomy, plan.job.engine)
     nominal = factor_direction_g_mm(loads)

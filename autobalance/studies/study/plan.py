@@ -18,7 +18,7 @@ from autobalance.value_classes import dataclass
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class StudyPlan:
     """A job's crank, and what balancing it has found."""
 
     job: Job
@@ -48,7 +48,7 @@ class Plan:
         return self.result.final_moments
 
 
-def planned(job: Job, progress: Notify, crank: Crank | None = None) -> Plan:
+def planned(job: Job, progress: Notify, crank: Crank | None = None) -> StudyPlan:
     """Balance a job's crank; ``crank`` is in the place of its file.
 
     Raises
@@ -64,4 +64,4 @@ def planned(job: Job, progress: Notify, crank: Crank | None = None) -> Plan:
     assert balanced is not None
     factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
     rotor = rotor_of(job, crank, balanced.tolerance, factor)
-    return Plan(job, crank, rotor, balanced.tolerance, balanced.result)
+    return StudyPlan(job, crank, rotor, balanced.tolerance, balanced.result)

@@ -14,7 +14,7 @@ from autobalance.value_classes import dataclass
 
 if TYPE_CHECKING:
     from autobalance.job import Job, JobSource
-    from autobalance.studies.study.plan import Plan
+    from autobalance.studies.study.plan import StudyPlan
     from autobalance.verbs.crank import Crank
     from autobalance.verification.claims import Claims
 
@@ -27,7 +27,7 @@ from those that its job gives again."""
 class StudiedPlan:
     """A plan, and the digest of the report that it is in."""
 
-    plan: Plan
+    plan: StudyPlan
     report_sha256: str | None = None
 
 
@@ -55,7 +55,7 @@ def studied_plan(
     return StudiedPlan(_of_job(jobs.as_job(job, settings), crank, notify))
 
 
-def _of_job(job: Job, crank: Crank | None, notify: Notify) -> Plan:
+def _of_job(job: Job, crank: Crank | None, notify: Notify) -> StudyPlan:
     from autobalance.studies.study.plan import planned
 
     if crank is None:
@@ -109,7 +109,7 @@ def _check_solid(path: Path, claims: Claims) -> None:
         raise ClaimError(f"{path.name}: {solid} is not the solid of this report: its sha256 differs")
 
 
-def _balanced_again(path: Path, claims: Claims, job: Job, notify: Notify) -> Plan:
+def _balanced_again(path: Path, claims: Claims, job: Job, notify: Notify) -> StudyPlan:
     from autobalance.solid.formats.gltf import file_bytes
     from autobalance.studies.study.plan import planned
     from autobalance.verification.solids import input_path
@@ -122,10 +122,10 @@ def _balanced_again(path: Path, claims: Claims, job: Job, notify: Notify) -> Pla
     return planned(replace(job, crankshaft=replace(job.crankshaft, file=crank)), notify)
 
 
-def _recut_again(path: Path, claims: Claims, job: Job) -> Plan:
+def _recut_again(path: Path, claims: Claims, job: Job) -> StudyPlan:
     """Make a stage's plan again: from the report before it and the reading that it went by."""
     from autobalance.balancing.run import rotor_of
-    from autobalance.studies.study.plan import Plan
+    from autobalance.studies.study.plan import StudyPlan
     from autobalance.verbs.recut import recut
 
     before = path.parent / claims.get("previous.report", str)
@@ -138,7 +138,7 @@ def _recut_again(path: Path, claims: Claims, job: Job) -> Plan:
     assert balanced is not None
     job = replace(job, crankshaft=stage.job.crankshaft)
     rotor = rotor_of(job, crank, balanced.tolerance, claims.get("balance_factor.target", float))
-    return Plan(job, crank, rotor, balanced.tolerance, balanced.result)
+    return StudyPlan(job, crank, rotor, balanced.tolerance, balanced.result)
 
 
 def _without_nulls(value: Any) -> Any:
@@ -148,7 +148,7 @@ def _without_nulls(value: Any) -> Any:
     return [_without_nulls(item) for item in value] if isinstance(value, list) else value
 
 
-def _refuse_other_plan(claims: Claims, plan: Plan) -> None:
+def _refuse_other_plan(claims: Claims, plan: StudyPlan) -> None:
     """Refuse a report whose cuts and residual are not those that its job gives: they cannot be made again."""
     listed = [(cut.get("kind"), float(cut.get("depth_mm") or 0.0)) for cut in claims.get("corrections", list)]
     planned_cuts = [(cut.kind, cut.depth_mm) for cut in plan.result.corrections]

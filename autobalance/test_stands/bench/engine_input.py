@@ -23,7 +23,7 @@ from autobalance.declare import (
     Values,
 )
 from autobalance.engines.cycle.analysis import CycleAnalysis
-from autobalance.engines.cycle.factors import MainLoads
+from autobalance.engines.cycle.factors import FactorMainLoads
 from autobalance.engines.cycle.firing import firing_engine
 from autobalance.engines.cycle.firing_engine import FiringEngine
 from autobalance.engines.cycle.free_run import FreeRun, free_run
@@ -200,7 +200,7 @@ class FiringVariant:
         speed_rad_s = speed_rpm * RAD_S_PER_RPM
         analysis = CycleAnalysis(self.firing(speed_rad_s), speed_rad_s)
         firing, grid = analysis.firing, analysis.grid
-        sizes = MainLoads.of(firing).sizes_n(self.factor, speed_rad_s)
+        sizes = FactorMainLoads.of(firing).sizes_n(self.factor, speed_rad_s)
         lever = firing.friction.main_lever_mm(firing.main_diameters_mm)
         friction = lever @ sizes * N_M_PER_N_MM + firing.piston_friction_n_m(speed_rad_s)
         lost = float(grid.mean(friction))

@@ -13,7 +13,13 @@ from scipy.optimize import least_squares
 from scipy.stats import t as student
 
 from autobalance.declare import RPM, NotNegative, Positive, record
-from autobalance.engines.bearings.fed_states import HeatPath, Stage, Warming, steady_temperature_C, warming
+from autobalance.engines.bearings.fed_states import (
+    HeatPath,
+    SpeedStage,
+    Warming,
+    steady_temperature_C,
+    warming,
+)
 from autobalance.test_stands.bench.keys import Fitted
 from autobalance.test_stands.bench.rotor import (
     BenchBearings,
@@ -142,7 +148,7 @@ class HeatRun:
 def heat_run(heat: BearingHeat, bearings: BenchBearings, weight_N: float, unbalance_g_mm: float) -> HeatRun:
     """Return the bearings through the course, after the requested fit."""
     moment = _moment(heat, bearings, weight_N, unbalance_g_mm)
-    fitted = _Fit(heat, moment).found() if heat.fit else None
+    fitted = _HeatFit(heat, moment).found() if heat.fit else None
     best = heat if fitted is None else fitted.heat
     whole = sum(seconds for seconds, _ in best.course)
     run = _followed(best, moment, whole / STEPS_OF_A_COURSE)
@@ -184,7 +190,7 @@ def _followed(heat: BearingHeat, moment: Moment, step_s: float | None) -> Warmin
     def power(speed_rad_s: float) -> Callable[[float], float]:
         return lambda celsius: heat.friction_factor * moment(speed_rad_s, celsius) * speed_rad_s
 
-    stages = [Stage(seconds, power(rpm * RAD_S_PER_RPM)) for seconds, rpm in heat.course]
+    stages = [SpeedStage(seconds, power(rpm * RAD_S_PER_RPM)) for seconds, rpm in heat.course]
     return warming(heat.path, stages, heat.start_C, step_s)
 
 
@@ -273,7 +279,7 @@ KEYS: Mapping[Fitted, Literal["capacity_J_K", "conductance_W_K", "friction_facto
 
 
 @dataclass(frozen=True, eq=False)
-class _Fit:
+class _HeatFit:
     """Least squares over the logarithms of what is fitted, weighed by the readings' uncertainty."""
 
     heat: BearingHeat

@@ -51,7 +51,7 @@ DEFAULT_ZERO_V = 0.2
 
 
 @dataclass(frozen=True)
-class Reading:
+class SpeedReading:
     """Measurement at a speed: volts of each run, or the torque; ``dropped`` runs count from 1.
 
     Runs in ``cold`` are among the volts: their temperature was not held.
@@ -95,7 +95,7 @@ class Bench:
     N_m_per_V: float
     zero_pm_V: float
     N_m_per_V_pm: float
-    readings: tuple[Reading, ...]
+    readings: tuple[SpeedReading, ...]
     heat: BearingHeat | None = None
     air: Air | None = None
 
@@ -369,7 +369,7 @@ def _off_hold(each: Values, where: str, hold: Pair | None) -> tuple[int, ...]:
     return tuple(run for run, value in enumerate(temperatures, 1) if not hold[0] <= value <= hold[1])
 
 
-def _reading(each: Values, where: str, hold: Pair | None) -> Reading:
+def _reading(each: Values, where: str, hold: Pair | None) -> SpeedReading:
     volts, torque = each["volts"], each["torque_N_m"]
     if (volts is None) == (torque is None):
         fault = "volts is missing" if volts is None else "volts is given with torque_N_m"
@@ -379,7 +379,7 @@ def _reading(each: Values, where: str, hold: Pair | None) -> Reading:
             raise JobError(f"{where}.drop names run {run}; there are {len(volts or ())}, counted from 1")
     cold = _off_hold(each, where, hold)
     dropped = tuple(sorted({*each["drop"], *cold}))
-    reading = Reading(
+    reading = SpeedReading(
         each["case"], each["speed_rpm"], volts or (), dropped, torque, each["simulated_N_m"], cold
     )
     if volts is not None and not reading.kept:

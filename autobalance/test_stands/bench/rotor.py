@@ -13,7 +13,14 @@ from scipy.special import ellipe
 
 from autobalance.engines.bearings import rolling
 from autobalance.engines.bearings.film import JournalBearing, friction_moment_N_m
-from autobalance.engines.cycle.windage import Air, Range, disc_windage, gases_of, rim_windage_N_m, scattered
+from autobalance.engines.cycle.windage import (
+    Air,
+    TorqueRange,
+    disc_windage,
+    gases_of,
+    rim_windage_N_m,
+    scattered,
+)
 from autobalance.units import M_PER_MM, N_PER_G_MM_S2, RAD_S_PER_RPM
 from autobalance.value_classes import dataclass
 
@@ -53,7 +60,7 @@ class DiscOnShaft:
         return 0.5 * (self.length_mm - self.thickness_mm)
 
 
-def rotor_windage(rotor: DiscOnShaft, air: Air, speed_rad_s: float) -> Range:
+def rotor_windage(rotor: DiscOnShaft, air: Air, speed_rad_s: float) -> TorqueRange:
     """Return the windage of a disc and its shaft, from the thin gas's low end to the thick's high one."""
     gap = None if air.gap_mm is None else M_PER_MM * air.gap_mm
     disc, shaft = 0.5 * M_PER_MM * rotor.disc_mm, 0.5 * M_PER_MM * rotor.shaft_mm
@@ -62,7 +69,7 @@ def rotor_windage(rotor: DiscOnShaft, air: Air, speed_rad_s: float) -> Range:
         whole = disc_windage(disc, M_PER_MM * rotor.thickness_mm, gas, speed_rad_s, gap)
         rim = rim_windage_N_m(shaft, 2.0 * M_PER_MM * rotor.shaft_each_side_mm, gas, speed_rad_s)
         ends.append(whole + scattered(rim, rim))
-    return Range(ends[0].low_N_m, ends[1].high_N_m)
+    return TorqueRange(ends[0].low_N_m, ends[1].high_N_m)
 
 
 def disc_thickness_mm(

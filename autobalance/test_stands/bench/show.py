@@ -15,7 +15,7 @@ from autobalance.report.tables import table
 from autobalance.units import G_MM2_PER_KG_MM2, RAD_S_PER_RPM
 
 if TYPE_CHECKING:
-    from autobalance.engines.cycle.windage import Range
+    from autobalance.engines.cycle.windage import TorqueRange
     from autobalance.test_stands.bench.answer import (
         BenchComparison,
         BenchReading,
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     )
     from autobalance.test_stands.bench.engine_input import VariantCurves, VariantFigures
     from autobalance.test_stands.bench.heat import HeatOfBench, HeatRun
-    from autobalance.test_stands.bench.speed_control import Trace
+    from autobalance.test_stands.bench.speed_control import SpeedTrace
 
 
 # A rotor bench as lines to read.
@@ -205,9 +205,9 @@ def _comparison(comparison: Sequence[BenchComparison]) -> str:
 
 def bench_plots(
     report: BenchReport,
-    traces: Sequence[Trace],
+    traces: Sequence[SpeedTrace],
     heat: HeatRun | None = None,
-    windage_at: Callable[[float], Range] | None = None,
+    windage_at: Callable[[float], TorqueRange] | None = None,
 ) -> dict[str, Plot]:
     """Return speed and torque of each run over time, windage, and temperature and torque through a course."""
     others = {} if heat is None else _heat_plots(heat)

@@ -74,7 +74,7 @@ def loop_margin(control: SpeedControl, inertia_kg_m2: float) -> LoopMargin:
 
 
 @dataclass(frozen=True, eq=False)
-class Trace:
+class SpeedTrace:
     """A run from rest, all (n,): speeds [rad/s], torque on the rotor, friction against it, ∫T dt [N·m·s]."""
 
     time_s: Array
@@ -97,7 +97,7 @@ def ramp_and_hold(
     speed_rad_s: float,
     ramp_s: float,
     hold_s: float,
-) -> Trace:
+) -> SpeedTrace:
     """Return a run of J Ω̇ = T − T_f from rest: a ramp up to a speed, then a hold.
 
     Parameters
@@ -120,7 +120,7 @@ def ramp_and_hold(
     ValueError
         If the control is so fast that the run would take more than ``MOST_STEPS`` steps.
     """
-    run = _Run(inertia_kg_m2, friction_N_m, control, speed_rad_s / ramp_s, ramp_s)
+    run = _SpeedRun(inertia_kg_m2, friction_N_m, control, speed_rad_s / ramp_s, ramp_s)
     if not (ramp_s + hold_s) / run.longest <= MOST_STEPS:
         raise ValueError(
             f"the control is so fast that {ramp_s + hold_s:g} s take {(ramp_s + hold_s) / run.longest:.2g} "
@@ -135,7 +135,7 @@ State = tuple[float, float, float]
 """Speed, integral of e, integral of the torque."""
 
 
-class _Run:
+class _SpeedRun:
     """State, mode and history of one run."""
 
     def __init__(
@@ -344,8 +344,8 @@ class _Run:
         friction = abs(torque) if self.motion == 0.0 else self.friction(abs(self.y[0]))
         self.rows.append((self.t, self.y[0], self.wanted(self.t), torque, friction, self.y[2]))
 
-    def trace(self) -> Trace:
-        return Trace(*np.array(self.rows).T)
+    def trace(self) -> SpeedTrace:
+        return SpeedTrace(*np.array(self.rows).T)
 
 
 def _moved(y: State, rates: State, h: float) -> State:

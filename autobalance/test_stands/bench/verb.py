@@ -32,11 +32,11 @@ from autobalance.verbs.result import VerbResult
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from autobalance.engines.cycle.windage import Range
+    from autobalance.engines.cycle.windage import TorqueRange
     from autobalance.test_stands.bench.engine_verb import EngineBenchResult
     from autobalance.test_stands.bench.heat import HeatRun
-    from autobalance.test_stands.bench.input import Bench, Reading
-    from autobalance.test_stands.bench.speed_control import LoopMargin, Trace
+    from autobalance.test_stands.bench.input import Bench, SpeedReading
+    from autobalance.test_stands.bench.speed_control import LoopMargin, SpeedTrace
 
 SAME_SPEED = 1e-9
 COVERAGE = 2.0
@@ -49,10 +49,10 @@ class BenchResult(VerbResult):
     """Runs, readings and their comparison; ``traces`` by speed of the schedule, windage by any speed."""
 
     content: BenchReport
-    traces: tuple[Trace, ...] = ()
+    traces: tuple[SpeedTrace, ...] = ()
     solids: Mapping[str, bytes] = field(default_factory=dict)
     heat: HeatRun | None = None
-    windage_at: Callable[[float], Range] | None = None
+    windage_at: Callable[[float], TorqueRange] | None = None
 
     def text(self, units: str = "metric") -> str:
         """Return the bench as lines for people; always SI."""
@@ -146,7 +146,7 @@ def _result(case: Bench, solids: bool) -> BenchResult:
     inertia = case.polar_g_mm2 * KG_M2_PER_G_MM2
     margin = _stable(loop_margin(case.control, inertia))
     unbalance = missing_unbalance_g_mm(case.holes, case.density_g_mm3)
-    traces: list[Trace] = []
+    traces: list[SpeedTrace] = []
     runs: list[BenchRun] = []
     if case.bearings is not None:
         friction = bench_friction(case.bearings, case.weight_N, unbalance)
@@ -183,7 +183,7 @@ def _result(case: Bench, solids: bool) -> BenchResult:
     return BenchResult(report, tuple(traces), files, heat, windage_at)
 
 
-def _windage_at(case: Bench) -> Callable[[float], Range] | None:
+def _windage_at(case: Bench) -> Callable[[float], TorqueRange] | None:
     """Return the windage of disc and shaft by speed [rad/s]; None if it is not asked."""
     if case.air is None or case.shape is None:
         return None
@@ -193,7 +193,7 @@ def _windage_at(case: Bench) -> Callable[[float], Range] | None:
 
 
 def _windage(
-    case: Bench, runs: Sequence[BenchRun], windage_at: Callable[[float], Range] | None
+    case: Bench, runs: Sequence[BenchRun], windage_at: Callable[[float], TorqueRange] | None
 ) -> list[BenchWindage] | None:
     """Return the windage at each speed of the schedule, beside the friction there."""
     if windage_at is None:
@@ -239,7 +239,11 @@ def _rotor(case: Bench, unbalance_g_mm: float, written: Sequence[WrittenRotor]) 
 
 
 def _run(
-    case: Bench, speed_rpm: float, trace: Trace, unbalance_g_mm: float, friction: Callable[[float], float]
+    case: Bench,
+    speed_rpm: float,
+    trace: SpeedTrace,
+    unbalance_g_mm: float,
+    friction: Callable[[float], float],
 ) -> BenchRun:
     from autobalance.test_stands.bench.rotor import unbalance_force_N
 
@@ -262,7 +266,7 @@ def _run(
     )
 
 
-def _reading(case: Bench, reading: Reading) -> BenchReading:
+def _reading(case: Bench, reading: SpeedReading) -> BenchReading:
     plain = BenchReading(
         case=reading.case,
         speed_rpm=reading.speed_rpm,

@@ -180,7 +180,7 @@ def fitted_weights(
             nothing, tuple(None if each.free else () for each in fittings), 0.0, 0.0, proven=True
         )
     task = _scaled(influence, initial, reading_weights, scale)
-    search = _Search(task, fittings)
+    search = _WeightSearch(task, fittings)
     best = search.run()
     return replace(best, worst=best.worst * scale, bound=best.bound * scale)
 
@@ -195,7 +195,7 @@ def _scaled(influence: Complex, initial: Complex, reading_weights: Array, scale:
     return _Scaled(rows, reading_weights * initial / scale, 1.0 / lengths, reach)
 
 
-class _Search:
+class _WeightSearch:
     """Alternation of solution and refinement of the polygons, until solution and bound meet."""
 
     def __init__(self, task: _Scaled, fittings: tuple[Fitting, ...]) -> None:

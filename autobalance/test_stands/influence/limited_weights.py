@@ -361,14 +361,14 @@ def _taken(reading: Any, where: str, records: Records, folder: Path) -> Any:
 
 def _reading(file: Path, channel: str, records: Records, where: str) -> tuple[float, float]:
     """Return amplitude and phase [°] of an order at a sensor."""
-    from autobalance.signals.analysis import Question, analyse
+    from autobalance.signals.analysis import AnalysisOptions, analyse
     from autobalance.signals.formats import read as read_record
 
     order = records.order
     try:
         analysis = analyse(
             read_record(file, records.sample_rate),
-            Question(
+            AnalysisOptions(
                 channel=channel,
                 tacho=records.tacho,
                 threshold=records.threshold,

@@ -103,7 +103,7 @@ def node_mm(rotor: SpunRotor, plane_mm: float) -> float:
 
 
 @dataclass(frozen=True)
-class Noise:
+class ReadingNoise:
     """Standard deviations of a machine's readings in a plane."""
 
     unbalance_g_mm: Annotated[
@@ -114,7 +114,7 @@ class Noise:
 
 
 def noisy_readings(
-    planes: tuple[complex, ...], noise: Noise, runs: int, seed: int
+    planes: tuple[complex, ...], noise: ReadingNoise, runs: int, seed: int
 ) -> list[tuple[complex, ...]]:
     """Return the readings of a machine with errors in each run: (1 + gain) U e^(i angle) + (x + i y).
 

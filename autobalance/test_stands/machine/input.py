@@ -25,7 +25,7 @@ from autobalance.declare import (
 from autobalance.errors import JobError
 from autobalance.job import reading
 from autobalance.test_stands.bench.spun_rotor import PlanarUnbalance, PointMass, RigidBody, axisymmetric
-from autobalance.test_stands.machine.balancing_machine import POINT, DrillPlace, Noise
+from autobalance.test_stands.machine.balancing_machine import POINT, DrillPlace, ReadingNoise
 from autobalance.toml_files.keys import read_document
 from autobalance.units import G_S2_PER_N_MM, RAD_S_PER_RPM
 from autobalance.value_classes import dataclass
@@ -124,7 +124,7 @@ MACHINE_KEYS = (
     Key("rotor", says="rotor to be spun", keys=keys_of(RotorTable)),
     Key("unbalance", says="on top", keys=keys_of(HiddenUnbalance), many=True, default=None),
     Key("mass", says="on top", keys=keys_of(HiddenMass), many=True, default=None),
-    Key("noise", says="standard deviations of normal draws", keys=keys_of(Noise), default=FILLED),
+    Key("noise", says="standard deviations of normal draws", keys=keys_of(ReadingNoise), default=FILLED),
     Key("reading", says="conventions of the written reading", keys=READING_KEYS, default=FILLED),
     Key("static", says="the stand", keys=keys_of(Stand), default=None),
     Key("drill", says="drill that removes the metal", keys=keys_of(DrillPlace), default=None),
@@ -159,7 +159,7 @@ class Machine:
     polar_g_mm2: float | None
     unbalances: tuple[PlanarUnbalance, ...]
     masses: tuple[PointMass, ...]
-    noise: Noise
+    noise: ReadingNoise
     convention: reading.Convention
     stand: Stand | None
     drill: DrillPlace | None
@@ -208,7 +208,7 @@ def _machine(values: Values, folder: Path) -> Machine:
         made(RotorTable, values["rotor"]).polar_g_mm2,
         tuple(made(HiddenUnbalance, each).in_plane() for each in values["unbalance"]),
         tuple(made(HiddenMass, each).point() for each in values["mass"]),
-        made(Noise, values["noise"]),
+        made(ReadingNoise, values["noise"]),
         reading.Convention.of(values["reading"]),
         None if values["static"] is None else made(Stand, values["static"]),
         None if values["drill"] is None else made(DrillPlace, values["drill"]),
