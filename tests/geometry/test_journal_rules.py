@@ -24,6 +24,7 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import encode
 from autobalance.types import Array
+from tests.coarse import coarse_facets
 from tests.generated import random_placement
 from tests.stepped import Step, pin, stepped
 
@@ -183,7 +184,8 @@ def test_the_snout_of_a_step_file_is_no_main_journal(tmp_path: Path) -> None:
     sizes = {"nose.length_mm": 60, "nose.diameter_mm": 38, "nose.end_diameter_mm": None}
     crank = ab.generate("v8-crossplane", file="crank.step", settings={k: v for k, v in sizes.items() if v})
     (tmp_path / "crank.step").write_bytes(crank.data)
-    report = ab.inspect(tmp_path / "crank.step").report["crank"]
+    with coarse_facets():
+        report = ab.inspect(tmp_path / "crank.step").report["crank"]
     mains = [
         (each["centre_mm"][2], each["diameter_mm"], each["width_mm"]) for each in report["main_journals"]
     ]
