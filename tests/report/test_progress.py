@@ -10,6 +10,7 @@ import autobalance as ab
 from autobalance.command.console import ProgressLine
 from autobalance.runtime import LIMITS_SOUGHT
 from tests import jobs
+from tests.coarse import bundled_corners
 
 
 class Terminal(io.StringIO):
@@ -56,7 +57,11 @@ def test_that_counterweights_are_too_light_is_told_without_a_terminal_too() -> N
 @pytest.mark.slow
 def test_compare_tells_each_kind_with_a_share_that_grows(tmp_path: Path) -> None:
     told: list[tuple[str, float]] = []
-    ab.compare(jobs.bundled_job(tmp_path), progress=lambda words, share: told.append((words, share)))
+    job = jobs.bundled_job(tmp_path)
+    jobs.write_stl(
+        tmp_path / "crank.stl", bundled_corners(segments=48)
+    )  # words and shares alone are looked at
+    ab.compare(job, progress=lambda words, share: told.append((words, share)))
     kinds = [(words, share) for words, share in told if words.startswith("trying ")]
     assert [words for words, _ in kinds[:2]] == ["trying shoulder", "trying turn"]
     shares = [share for _, share in kinds]
