@@ -63,7 +63,7 @@ from autobalance.units import G_MM2_PER_KG_MM2, wrapped_deg
 from autobalance.version import SCHEMA_VERSION
 
 if TYPE_CHECKING:
-    from autobalance.balancing import record as run
+    from autobalance.balancing import record as balancing
     from autobalance.balancing.external import CarriedUnbalance
     from autobalance.balancing.loop import Result
     from autobalance.crank import sections
@@ -183,7 +183,7 @@ class Forces:
     after: ShakingForce
 
     @classmethod
-    def of(cls, forces: run.Forces, job: Mapping[str, Any]) -> Self:
+    def of(cls, forces: balancing.Forces, job: Mapping[str, Any]) -> Self:
         """Return the forces of a run; ``job`` as the report describes it."""
         return cls(
             speed_rpm=job["balance"]["speed_rpm"],
@@ -315,7 +315,7 @@ class Report:
     against: Annotated[Against, "only with --against: how a crank differs from its drawing"] | Absent = ABSENT
 
     @classmethod
-    def of(cls, record: run.Record) -> Self:
+    def of(cls, record: balancing.Record) -> Self:
         """Return the report of a run."""
         balanced, anatomy = record.balanced, record.crank.anatomy
         return cls(
@@ -350,7 +350,7 @@ class Report:
         )
 
 
-def _faces(record: run.Record) -> Sequence[NamedFace | Face] | Absent:
+def _faces(record: balancing.Record) -> Sequence[NamedFace | Face] | Absent:
     """Return the faces that cuts of a run name, or all that could be cut."""
     anatomy = record.crank.anatomy
     if record.balanced is not None:
@@ -358,7 +358,7 @@ def _faces(record: run.Record) -> Sequence[NamedFace | Face] | Absent:
     return ABSENT if record.faces is None else [Face.of(offer, anatomy) for offer in record.faces]
 
 
-def _balanced(balanced: run.Balanced, record: run.Record) -> dict[str, Any]:
+def _balanced(balanced: balancing.Balanced, record: balancing.Record) -> dict[str, Any]:
     """Return the fields that only a balancing run has."""
     result, anatomy = balanced.result, record.crank.anatomy
     weight, left, forces = balanced.counterweight, balanced.overbalance, balanced.forces
@@ -395,7 +395,7 @@ def _balanced(balanced: run.Balanced, record: run.Record) -> dict[str, Any]:
     }
 
 
-def _corrections(balanced: run.Balanced, record: run.Record) -> list[Correction]:
+def _corrections(balanced: balancing.Balanced, record: balancing.Record) -> list[Correction]:
     result, anatomy = balanced.result, record.crank.anatomy
     if balanced.kept is not None:
         return kept_corrections(balanced.kept, result, anatomy)

@@ -19,7 +19,7 @@ from autobalance.declare import (
 )
 
 if TYPE_CHECKING:
-    from autobalance.balancing import record as run
+    from autobalance.balancing import record as balancing
     from autobalance.crank import anatomy
     from autobalance.rigid_rotor.unbalance import Moments
 
@@ -101,7 +101,7 @@ class Face:
     max_depth_mm: NotNegative | None
 
     @classmethod
-    def of(cls, offer: run.FaceOffer, of: anatomy.Anatomy) -> Self:
+    def of(cls, offer: balancing.FaceOffer, of: anatomy.Anatomy) -> Self:
         """Return a face that a correction can use."""
         return cls(
             named=NamedFace.of(offer.face, of),
@@ -155,7 +155,7 @@ class TrueSurfaces:
     after: SurfacesOfSolid | None
 
     @classmethod
-    def of(cls, before: run.TrueSurfaces, balanced: run.Balanced | None) -> Self:
+    def of(cls, before: balancing.TrueSurfaces, balanced: balancing.Balanced | None) -> Self:
         written = None if balanced is None else balanced.result.measured
         after = None
         if written is not None and written.surfaces is not None and written.hidden is not None:

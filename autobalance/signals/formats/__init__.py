@@ -20,7 +20,7 @@ READERS = {
     ".unv": "uff58",
     ".uf": "uff58",
 }
-"""File ending → module of this package, whose ``read(path, sample_rate_hz)`` returns a Record."""
+"""File ending → module of this package, whose ``read(path, sample_rate_hz)`` returns a record."""
 
 
 def read(path: str | Path, sample_rate_hz: float | None = None) -> SignalRecord:
