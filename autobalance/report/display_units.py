@@ -154,8 +154,7 @@ def in_units(text: str, u: DisplayUnits) -> str:
 
     Examples
     --------
-    >>> from autobalance.declare import Floats
-    from autobalance.quantities import g_mm, mm, said
+    >>> from autobalance.quantities import g_mm, mm, said
     >>> in_units(said("add {} at z {}", g_mm(720.0779, ".1f"), mm(25.4, ".1f")), ON_SCREEN["inch"])
     'add 1.0000 oz·in at z 1.0000 in'
     """

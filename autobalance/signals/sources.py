@@ -90,7 +90,7 @@ class BearingSource:
 
         Examples
         --------
-        >>> {name: round(order, 4) for name, order in RollingBearing(9, 7.94004, 39.0398).orders().items()}
+        >>> {name: round(order, 4) for name, order in BearingSource(9, 7.94004, 39.0398).orders().items()}
         {'bpfo': 3.5848, 'bpfi': 5.4152, 'ftf': 0.3983, 'bsf': 2.3567, 'ball_defect': 4.7134}
         """
         names = ("bpfo", "bpfi", "ftf", "bsf", "ball_defect")

@@ -22,7 +22,7 @@ WRITE_JOBS = {
     "job/from_options.py",
     "job/balance.py",
     "job/read.py",
-    "browser/opening.py",
+    "browser/drawing.py",
 }
 """Files that write jobs, in which one method has to be named, or list keys of a report."""
 LIMITS = {kind.limits.__name__ for kind in KINDS.values()}

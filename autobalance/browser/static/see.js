@@ -59,8 +59,10 @@ let showing = 0;
 export async function show(told) {
   const mine = ++showing, report = await askJson(`/api/runs/${told.id}/report`);
   if (mine !== showing || !isOfThis(told)) return;
-  clear("");
-  const [left] = await Promise.all([drag.show(told), model(told.id)]);
+  drag.clear();
+  none.value = "";
+  const [left] = await Promise.all([drag.show(told), model(told.id)]).catch((error) => { clear(""); throw error; });
+  if (mine !== showing) return;
   state.result = { id: told.id, report, told, papers: left?.papers || [], radii: left?.radii_mm || [], setups: left?.setups || [] };
   drag.grips();
   if (report.corrections.length) view.turnTo(middle(report.corrections.map(outOf)), [0.15, 0.45, 0.7]);
