@@ -53,7 +53,8 @@ def nothing_wrong(page: Browser, app: Served) -> Iterator[None]:
     page.log("browser")
     page.requests()
     yield
-    assert [entry for entry in page.log("browser") if entry["level"] == "SEVERE"] == []
+    severe = [entry["message"] for entry in page.log("browser") if entry["level"] == "SEVERE"]
+    assert severe == []
     assert all(url.startswith((app.base, "blob:")) for url in page.requests())
 
 

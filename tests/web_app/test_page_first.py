@@ -163,14 +163,18 @@ def test_the_page_is_there_after_few_requests(window: Browser, tmp_path: Path) -
 
 
 def test_the_page_of_a_project_with_a_result_is_there_after_few_requests(
-    window: Browser, project: Served
+    window: Browser, tmp_path: Path
 ) -> None:
-    project.ask("/api/job", small.DRILLED, "PUT")
-    window.requests()
-    load(window, project)
-    until(window, "return document.querySelector('#strip svg') !== null")
-    asked = window.requests()
-    assert len(asked) < 15, "\n".join(asked)
+    with served(tmp_path / "project") as app:  # in which no other test has left anything
+        app.ask(f"/api/files?name={small.NAME}", small.crank(tmp_path).read_bytes())
+        for verb in ("inspect", "balance"):
+            small.ran(app, verb, small.DRILLED)
+        app.ask("/api/job", small.DRILLED, "PUT")
+        window.requests()
+        load(window, app)
+        until(window, "return document.querySelector('#strip svg') !== null")
+        asked = window.requests()
+        assert len(asked) < 15, "\n".join(asked)
 
 
 PAINTED = """
