@@ -152,7 +152,7 @@ class BalanceResult(VerbResult):
             f"measured on {self.measured_on}>"
         )
 
-    @property
+    @cached_property
     def shown(self) -> BalancedReport:
         """The report as a record, for what shows it."""
         from autobalance.report.records.balanced import BalancedReport
