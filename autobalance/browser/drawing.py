@@ -112,6 +112,7 @@ def drawn_crank(
     """
     from autobalance.drawn_cranks.design import preset
     from autobalance.drawn_cranks.input import with_settings
+    from autobalance.drawn_cranks.suggested_sizes import size_of
     from autobalance.drawn_cranks.verb import generate
 
     design = with_settings(preset(preset_name), typed)
@@ -120,7 +121,7 @@ def drawn_crank(
     with TemporaryDirectory() as folder:
         (path,) = (each for each in drawn.write(folder) if each.suffix == ".stl")
         file = project.copied(path)
-    sizes = {key: _value(drawn.design, key) for key in DIMENSIONS}
+    sizes = {key: size_of(drawn.design, key) for key in DIMENSIONS}
     own = DrawnFrom(preset_name, sizes, tuple(typed), suits, most_g is not None)
     keep_crank(project, file, replace(known_cranks(project).get(file, KnownCrank()), drawn=own))
     return file, drawn.design.density_kg_m3
@@ -131,9 +132,13 @@ def _counterweights(
 ) -> tuple[float, float | None]:
     """Return the radius of the counterweights [mm], and the bob-weights [g] up to which they suffice."""
     from autobalance.drawn_cranks.design import preset
-    from autobalance.drawn_cranks.suggested_sizes import largest_bob_weight_g, radius_for_bob_weights_mm
+    from autobalance.drawn_cranks.suggested_sizes import (
+        largest_bob_weight_g,
+        radius_for_bob_weights_mm,
+        size_of,
+    )
 
-    radius, own = _value(design, RADIUS), largest_bob_weight_g(design)
+    radius, own = size_of(design, RADIUS), largest_bob_weight_g(design)
     if own is None and most_g is not None:
         raise FormatError("the throws cancel each other out: bob-weights do not count; leave them empty")
     if own is None or is_typed:
@@ -143,13 +148,6 @@ def _counterweights(
     if wanted is None or wanted == own:
         return radius, own
     return radius_for_bob_weights_mm(design, wanted), wanted
-
-
-def _value(design: Design, key: str) -> float:
-    found: Any = design
-    for name in key.split("."):
-        found = getattr(found, name)
-    return float(found)
 
 
 def drawn_again(project: Project, file: str, typed: Mapping[str, float], most_g: float | None) -> str:

@@ -14,6 +14,7 @@ from autobalance.errors import JobError
 from autobalance.report.records.balance import Plane
 from autobalance.rigid_rotor.tolerance import TolerancePlane
 from autobalance.types import Array, Values
+from autobalance.units import G_MM2_PER_KG_MM2
 
 if TYPE_CHECKING:
     from autobalance.crank.anatomy import Anatomy
@@ -55,7 +56,7 @@ class Effect(UnbalanceLeft):
         first, second = moments.first_g_mm, moments.second_g_mm2
         return cls(
             mass_g=float(moments.mass_g),
-            inertia_kg_mm2=float(moments.polar_inertia_g_mm2) / 1000.0,
+            inertia_kg_mm2=float(moments.polar_inertia_g_mm2) / G_MM2_PER_KG_MM2,
             unbalance_g_mm=first[:2],
             moment_g_mm2=second[:2, 2],
         )

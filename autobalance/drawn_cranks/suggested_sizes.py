@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from operator import attrgetter
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -82,7 +83,7 @@ def _measured(design: Design) -> Moments:
 
 def _tried(design: Design, aim: Aim, keys: tuple[str, ...], kind: str, here: Moments) -> Suggestion:
     """Solve the closed form, build the crank, measure it, and correct the sizes by its shortfall."""
-    before = [_value(design, key) for key in keys]
+    before = [size_of(design, key) for key in keys]
     levers = _Levers(design, aim, keys)
     carried, first = np.zeros(2), None
     moments, values = here, tuple(before)
@@ -110,10 +111,11 @@ def _unit(key: str) -> str:
     return "°" if key.endswith("_deg") else "mm"
 
 
-def _value(design: Design, key: str) -> float:
-    table, name = key.split(".")
-    value = getattr(getattr(design, table), name)
-    return float(design.web.thickness_mm if value is None else value)  # a counterweight as thick as its web
+def size_of(design: Design, key: str) -> float:
+    """Return a size of a design by its dotted key, ``counterweight.radius_mm``."""
+    value = attrgetter(key)(design)
+    is_of_web = key == THICKNESS and value is None  # a counterweight as thick as its web
+    return float(design.web.thickness_mm if is_of_web else value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +134,7 @@ class _Levers:
         JobError
             If they cannot within their bounds.
         """
-        start = np.array([_value(self.design, key) for key in self.keys])
+        start = np.array([size_of(self.design, key) for key in self.keys])
         low, high = np.array([self._bounds(key) for key in self.keys]).T
         base = self._closed(start)
         rows = [0, 1] if with_inertia and len(self.keys) == 2 else [1 if with_inertia else 0]
@@ -176,7 +178,7 @@ class _Levers:
 
     def _closed(self, values: Array) -> Array:
         """Return product [g·mm] and inertia [g·mm²] (2,) of counterweights, less bores, and flange."""
-        size = {key: _value(self.design, key) for key in NAMES if _has(self.design, key)}
+        size = {key: size_of(self.design, key) for key in NAMES if _has(self.design, key)}
         size |= dict(zip(self.keys, (float(each) for each in values), strict=True))
         density = self.design.density_kg_m3 * G_PER_MM3_PER_KG_M3
         total = np.zeros(2)
@@ -255,7 +257,7 @@ def radius_for_bob_weights_mm(design: Design, most_g: float) -> float:
     JobError
         If the throws cancel each other out, or no radius beyond the web's own balances it.
     """
-    here = _value(design, RADIUS)
+    here = size_of(design, RADIUS)
     known = [(here, _balanced(design, here)), (1.1 * here, _balanced(design, 1.1 * here))]
     for _ in range(MOST_TRIALS):
         (r1, w1), (r2, w2) = known[-2:]
