@@ -330,7 +330,7 @@ def _scaled(compared: ReadingComparison, both: bool) -> Iterator[tuple[Cause, fl
 
 
 def _unit_of(factor: float) -> str:
-    """Return which mistake of units makes amounts too small by a factor, or too large; empty if none does.
+    """Return the mistake of units that makes amounts wrong by a factor; empty if none does.
 
     Examples
     --------

@@ -53,8 +53,9 @@ class DrawnFrom:
 class KnownCrank:
     """Facts about a crank's file beside the file.
 
-    ``name`` is a user's for it, "" for the file's own; ``scaled_from`` the file that it was scaled from by
-    ``factor`` for a stroke of ``stroke_mm``, "" where it was not; ``drawn``: where it was drawn here.
+    ``name`` is the one that a user gave it, else "". It was scaled from the file ``scaled_from`` by
+    ``factor`` for a stroke of ``stroke_mm``, or not scaled: "". ``drawn`` is
+    None of a crank that was not drawn here.
     """
 
     name: str = ""

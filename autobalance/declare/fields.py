@@ -350,7 +350,7 @@ def _decoded_table(of: Any, value: Any, partly: bool) -> Any:
 
 
 def _made_defaults(of: Any) -> Values:
-    """Return the defaults that are made anew for each record; plain ones are attributes of its class."""
+    """Return the defaults that each record makes for itself; plain defaults are attributes of its class."""
     factories = ((each.name, each.default_factory) for each in dataclasses.fields(of))
     return {name: make() for name, make in factories if make is not MISSING}
 
