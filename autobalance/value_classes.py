@@ -87,7 +87,8 @@ def _values(names: list[str]) -> Callable[[Any], tuple[Any, ...]]:
 def _shown_by(names: tuple[str, ...]) -> Callable[[Any], str]:
     @recursive_repr()
     def __repr__(self: Any) -> str:  # noqa: N807
-        return f"{type(self).__qualname__}({', '.join(f'{each}={getattr(self, each)!r}' for each in names)})"
+        here = [each for each in names if hasattr(self, each)]  # a record that was read partly lacks some
+        return f"{type(self).__qualname__}({', '.join(f'{each}={getattr(self, each)!r}' for each in here)})"
 
     return __repr__
 

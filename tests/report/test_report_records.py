@@ -143,6 +143,8 @@ def test_what_an_earlier_version_wrote_is_read_as_far_as_it_goes() -> None:
     turned = encoded(changed(again, angle_rad=0.5 * math.pi))
     assert (set(turned), turned["angle_deg"]) == ({*earlier, "angle_deg"}, 90.0)
     assert not hasattr(again, "angle_rad")
+    assert "unbalance_g_mm=(1.0, 2.0)" in repr(again)
+    assert "from_" not in repr(again)
     with pytest.raises(ValueError, match=r"^\.unbalance_g_mm is 1.0; expected a list"):
         decoded(Outer, earlier | {"unbalance_g_mm": 1.0}, partly=True)
 
