@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import signal
+import tempfile
 import threading
 from collections.abc import Generator, Iterator
 from pathlib import Path
@@ -13,7 +14,7 @@ import pytest
 from _pytest.doctest import DoctestModule
 
 from tests.coarse import roughen
-from tests.read_once import read_once
+from tests.read_once import FOLDER_VARIABLE, read_once
 from tests.shaken import shaken
 
 collect_ignore = ["freecad"]
@@ -21,7 +22,7 @@ collect_ignore = ["freecad"]
 LISTED = Path(__file__).with_name("slow.txt")
 """Functions of which a test took a quarter of a second of processor time or more."""
 os.environ["AUTOBALANCE_CACHE_MB"] = "0"
-"""Tests read everything anew, in children too, and leave the user's cache alone; `test_cache` has its own."""
+"""Tests read everything anew, in children too, and leave the user's cache alone, but for `read_once`."""
 TIMES = os.environ.get("AUTOBALANCE_TIMES")
 """File that the seconds of each test are added to, where it is given."""
 LONGEST_S = 900
@@ -49,6 +50,10 @@ class Examples:
 def pytest_configure(config: pytest.Config) -> None:
     """Let Ctrl-C count, here and in children, also where a shell began the tests in the background."""
     config.pluginmanager.register(Examples())
+    if "PYTEST_XDIST_WORKER" not in os.environ:  # workers have it from the process that begins them
+        folder = tempfile.TemporaryDirectory(prefix="autobalance-tests-")
+        os.environ[FOLDER_VARIABLE] = folder.name
+        config.add_cleanup(folder.cleanup)
     ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     if ignored and threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -1,23 +1,37 @@
 """Cranks of equal files are read, recognised and looked at once, where tests are about what follows.
 
-Two bundled cranks stand in hundreds of tests. What reading, recognition and the look at facets return is
-frozen and follows from the bytes of the file and the keys of the job: tests can share it, in any order.
-Their own tests, and sweeps, do all of it anew.
+A few cranks stand in hundreds of tests. What reading, recognition and the look at facets return follows from
+the bytes of the file and the keys of the job: the tests share the program's own cache, in a folder of the run
+for each fineness of facets, also with the processes that they start. Their own tests, and sweeps, do it anew.
 """
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager, nullcontext
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
-from autobalance.known import Known, using
+import pytest
+
+from autobalance.disk_cache import LIMIT_VARIABLE
 from autobalance.solid.cad import tessellation
 from autobalance.solid.chordal_error import of_mesh
+from autobalance.user_folders import CACHE_VARIABLE
 from tests.sweeps import SWEPT
 
-KNOWN = Known()
+LIMIT_MB = 2000
+FOLDER_VARIABLE = "AUTOBALANCE_TESTS_CACHE"
+"""Folder of the caches of a run of tests, which its workers share."""
 
 
-def read_once() -> AbstractContextManager[None]:
+@contextmanager
+def read_once() -> Iterator[None]:
     """Share what was read, as long as facets are as fine and as many of them are looked at."""
     settings = tessellation.SAG_SHARE, tessellation.TURN_RAD, of_mesh.FACETS_MOST
-    return nullcontext() if SWEPT else using(KNOWN, settings)
+    folder = Path(os.environ[FOLDER_VARIABLE]) / "-".join(map(str, settings))
+    with pytest.MonkeyPatch.context() as patch:
+        if not SWEPT:
+            patch.setenv(LIMIT_VARIABLE, str(LIMIT_MB))
+            patch.setenv(CACHE_VARIABLE, str(folder))
+        yield

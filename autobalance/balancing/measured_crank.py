@@ -22,7 +22,6 @@ from autobalance.declare import ABSENT
 from autobalance.disk_cache import digest_of, kept
 from autobalance.errors import BodiesError, JobError, OverlapError, RecognitionError
 from autobalance.job import Balance, Crankshaft, Job
-from autobalance.known import once
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.runtime import Stopwatch
 from autobalance.solid.chordal_error.estimate import ChordalError
@@ -319,15 +318,10 @@ def facets_of(
     the uncertainty counts.
     """
     worth_it = asks is not None and (asks.margin != "none" or asks.facet_correction)
-    return once(
+    return kept(
         "facets",
-        lambda: (id(source), density_g_mm3, id(anatomy), worth_it),
-        (source, anatomy),
-        lambda: kept(
-            "facets",
-            repr((source.key, density_g_mm3, digest_of(anatomy), worth_it)) if source.key else "",
-            lambda: _facets_of(source, density_g_mm3, anatomy, worth_it),
-        ),
+        repr((source.key, density_g_mm3, digest_of(anatomy), worth_it)) if source.key else "",
+        lambda: _facets_of(source, density_g_mm3, anatomy, worth_it),
     )
 
 

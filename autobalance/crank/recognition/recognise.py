@@ -37,7 +37,6 @@ from autobalance.crank.recognition.typed import NothingThereError, contradiction
 from autobalance.crank.recognition.webs import find_webs, pressed_up_layout
 from autobalance.disk_cache import kept
 from autobalance.errors import RecognitionError
-from autobalance.known import once
 from autobalance.solid.cad.tessellation import CylinderFace
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
@@ -79,15 +78,10 @@ def recognise(
     RecognitionError If something is not found; the message names the job key to set.
     """
     try:
-        return once(
+        return kept(
             "anatomy",
-            lambda: (id(solid), repr(overrides), tuple(map(id, cylinders))),
-            (solid, cylinders),
-            lambda: kept(
-                "anatomy",
-                f"{source_key} {overrides!r}" if source_key else "",
-                lambda: _recognised(solid, overrides, cylinders),
-            ),
+            f"{source_key} {overrides!r}" if source_key else "",
+            lambda: _recognised(solid, overrides, cylinders),
         )
     except RecognitionError as error:
         raise RecognitionError(_explained(error, solid, overrides, cylinders)) from None

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from autobalance.disk_cache import kept
-from autobalance.errors import BodiesError, FormatError, OverlapError, SolidError, file_errors
-from autobalance.known import once
+from autobalance.errors import BodiesError, FormatError, OverlapError, SolidError
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.difference import united
 from autobalance.solid.csg.solid import Solid
@@ -142,22 +141,9 @@ def read(
     name, _ = _format(path)
     how = name, unit, body, pressed_up, unite, holes
     try:
-        return once(
-            "source",
-            lambda: (_digest(path), type(body), *how),
-            None,
-            lambda: _kept_source(path, how),
-        )
+        return _kept_source(path, how)
     except (FormatError, SolidError) as error:
         raise _named(path, error) from None
-
-
-def _digest(path: Path) -> str:
-    """Return the SHA-256 of a file's bytes, read piece by piece: freed whole, they would split the heap."""
-    if path.suffix.lower() == ".gltf" or not path.is_file():
-        return _sha256(file_bytes(path))
-    with file_errors(f"read {path}"), path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def _kept_source(path: Path, how: How) -> Source:
