@@ -231,7 +231,7 @@ def result_view(result: BalanceResult) -> bytes:
     before = result.before.measured.source.solid
     record = result.record.balanced
     assert record is not None
-    left, report = record.result.solid or before, result.shown
+    left, report = record.result.solid or before, result.typed_report
     shown = Shown.of(report, before, record.result.solid, record.result.tools)
     data, meshes = view_data(report, shown.body, shown.pieces)
     head = {

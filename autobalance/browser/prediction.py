@@ -134,7 +134,7 @@ def linear_model(result: BalanceResult) -> PredictionModel:
         inertia_change_kg_mm2=change.inertia_kg_mm2,
         cuts=[
             _cut(cut, depth, each)
-            for (cut, depth), each in zip(ended.made, result.shown.corrections, strict=True)
+            for (cut, depth), each in zip(ended.made, result.typed_report.corrections, strict=True)
         ],
     )
 

@@ -241,7 +241,7 @@ def _material(result: BalanceResult) -> FileMaterial:
     except FormatError:  # without its extra
         pass
     before, report = result.before.measured.source.solid, showable(result.report)
-    units = result.shown.given.shop.units or "metric"
+    units = result.typed_report.given.shop.units or "metric"
     ended = record.result
     return FileMaterial(
         report, choice_of(kinds, "A4", units), before, ended.solid, ended.tools, lambda _: None

@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
 
             demo_job = job.load(jobs / f"{case.job}.toml")
             done.append(balance_to_files(demo_job, output / case.job, None, telling(of_both), choice))
-    say(demo_text([each.result.shown for each in done], ON_SCREEN[arguments.units]))
+    say(demo_text([each.result.typed_report for each in done], ON_SCREEN[arguments.units]))
     for text in (text for each in done for text in each.warnings):
         warn(text)
     say(f"\nWritten: {', '.join(whole(output / case.job) for case in CASES)}")

@@ -153,7 +153,7 @@ class BalanceResult(VerbResult):
         )
 
     @cached_property
-    def shown(self) -> BalancedReport:
+    def typed_report(self) -> BalancedReport:
         """The report as a record, for what shows it."""
         from autobalance.report.records.balanced import BalancedReport
 
@@ -166,7 +166,7 @@ class BalanceResult(VerbResult):
     def _repr_html_(self) -> str:
         from autobalance.report import notebook
 
-        return notebook.balance(self.shown)
+        return notebook.balance(self.typed_report)
 
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
@@ -181,7 +181,7 @@ class BalanceResult(VerbResult):
         from autobalance.report.display_units import ON_SCREEN
         from autobalance.report.tables import unglued
 
-        return unglued(balance_text(self.shown, ON_SCREEN[units], verbose=verbose))
+        return unglued(balance_text(self.typed_report, ON_SCREEN[units], verbose=verbose))
 
     def write(
         self,

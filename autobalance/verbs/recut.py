@@ -74,14 +74,14 @@ class RecutResult(BalanceResult):
     @property
     def stage(self) -> int:
         """Number of the stage."""
-        return self.shown.stages[-1].stage
+        return self.typed_report.stages[-1].stage
 
     @cached_property
     def history(self) -> str:
         """The page of all stages."""
         from autobalance.report.page.html import history_page
 
-        shown = self.shown
+        shown = self.typed_report
         return history_page(shown, stage_dates(shown.stages[:-1], self.folder))
 
     def _text(self, units: str, verbose: bool) -> str:
@@ -89,7 +89,7 @@ class RecutResult(BalanceResult):
         from autobalance.report.display_units import ON_SCREEN
         from autobalance.report.tables import unglued
 
-        return unglued(recut_text(self.shown, ON_SCREEN[units], verbose=verbose))
+        return unglued(recut_text(self.typed_report, ON_SCREEN[units], verbose=verbose))
 
     def write(
         self,
