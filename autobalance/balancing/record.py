@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 import numpy as np
 
 from autobalance.balancing.facet_correction import FacetCorrection
-from autobalance.declare import ABSENT, Absent, NotNegative, Ordinal, Pair, Sha256, record
+from autobalance.declare import ABSENT, SHARE, Absent, NotNegative, Ordinal, Pair, Sha256, record
 from autobalance.quantities import g_mm, mm, said
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Moments, Share
@@ -151,12 +151,12 @@ class BobWeights:
     tolerance_g: float
 
 
-@dataclass(frozen=True)
-class Factors:
-    """The crank's balance factor before, wanted and after; None where its throws cancel each other out."""
+@record
+class BalanceFactor:
+    """Before, wanted, after; null if the crank has no factor."""
 
     initial: float | None
-    target: float
+    target: Annotated[float, SHARE]
     final: float | None
 
 
@@ -203,7 +203,7 @@ class Balanced:
     job: Mapping[str, Any]
     counterweight: Counterweight | None
     loads: BobWeights
-    factors: Factors
+    factor: BalanceFactor
     tolerance: Tolerance
     result: Result
     overbalance: Overbalance | None = None

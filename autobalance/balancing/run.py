@@ -27,10 +27,10 @@ from autobalance.balancing.measuring import Measure, as_file, in_memory, on_true
 from autobalance.balancing.plausibility import oddities
 from autobalance.balancing.record import (
     Balanced,
+    BalanceFactor,
     BobWeights,
     Counterweight,
     FacetError,
-    Factors,
     Forces,
     MeasuredCrank,
     Overbalance,
@@ -294,7 +294,7 @@ def record_of(
             job=jobs.describe(job),
             counterweight=_counterweight(counterweights, crank.anatomy, result),
             loads=_loads(job, crank, factor, tolerance),
-            factors=_factors(job, crank, factor, result),
+            factor=_balance_factor(job, crank, factor, result),
             tolerance=tolerance,
             result=result,
             job_set=job.settings,
@@ -388,11 +388,11 @@ def _loads(job: Job, crank: Crank, factor: float, tolerance: Tolerance) -> BobWe
     )
 
 
-def _factors(job: Job, crank: Crank, factor: float, result: Result) -> Factors:
+def _balance_factor(job: Job, crank: Crank, factor: float, result: Result) -> BalanceFactor:
     loads = rotor_from_job.throw_loads(crank.anatomy, job.engine)
     attached = rotor_from_job.beside_throws(job.engine)
-    return Factors(
-        rotor_from_job.crank_factor(result.initial_moments, loads, attached),
-        factor,
-        rotor_from_job.crank_factor(result.final_moments, loads, attached),
+    return BalanceFactor(
+        initial=rotor_from_job.crank_factor(result.initial_moments, loads, attached),
+        target=factor,
+        final=rotor_from_job.crank_factor(result.final_moments, loads, attached),
     )

@@ -31,7 +31,7 @@ from autobalance.balancing.machine_reading import (
     suspects,
 )
 from autobalance.balancing.measured_crank import input_file, measured_source, work_on_faces
-from autobalance.balancing.record import Factors, Record
+from autobalance.balancing.record import BalanceFactor, Record
 from autobalance.balancing.rotor_from_job import Rotor
 from autobalance.balancing.run import measure_of, record_of, rotor_of
 from autobalance.errors import CorrectionError, FileError, FormatError, JobError
@@ -393,14 +393,18 @@ class RecutStage:
     def _recorded(self, ended: Result, notes: StageNotes, folder: Path) -> Made:
         record = record_of(self.job, self.crank, self.earlier.factor, self.tolerance, ended)
         assert record.balanced is not None
-        factors = Factors(self._factor(ended.initial), self.earlier.factor, self._factor(ended.residual))
+        factor = BalanceFactor(
+            initial=self._factor(ended.initial),
+            target=self.earlier.factor,
+            final=self._factor(ended.residual),
+        )
         crankshaft = replace(self.job.crankshaft, file=self.earlier.solid)
         own = replace(self.job, crankshaft=crankshaft)
         record = replace(
             with_outputs(record, own, self.crank, self.watch),
             command="recut",
             input=input_file(self.earlier.solid, self.crank),
-            balanced=replace(record.balanced, factors=factors),
+            balanced=replace(record.balanced, factor=factor),
             warnings=tuple(self.warnings),
             staged=stage_values(notes, folder, ended),
             cuts_before=max((int(each["number"]) for each in self.earlier.cuts), default=0),

@@ -14,7 +14,6 @@ from autobalance.declare import (
     Ordinal,
     Pair,
     Positive,
-    Share,
     Size,
     present,
     record,
@@ -105,15 +104,6 @@ class Engine:
                 for number, mass in sorted(loads.bob_weights_g.items())
             ],
         )
-
-
-@record
-class BalanceFactor:
-    """Before, wanted, after; null if the crank has no factor."""
-
-    initial: float | None
-    target: Share
-    final: float | None
 
 
 @record

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Self
 
+from autobalance.balancing.record import BalanceFactor
 from autobalance.balancing.web_metal import WebMetal
 from autobalance.correction import KINDS
 from autobalance.correction.kind import Kind
@@ -28,7 +29,7 @@ from autobalance.declare import encoded as as_json
 from autobalance.planning.relaxation import Relaxation
 from autobalance.quantities import Text, g_mm, said
 from autobalance.report.records.answers import JobEcho
-from autobalance.report.records.balance import BalanceFactor, Engine, Tolerance, Unbalance
+from autobalance.report.records.balance import Engine, Tolerance, Unbalance
 from autobalance.report.records.corrections import Correction, Overbalance
 from autobalance.report.records.job import Job
 from autobalance.report.records.outputs import Outputs

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 
-from autobalance.balancing.record import Input
+from autobalance.balancing.record import BalanceFactor, Input
 from autobalance.balancing.sections import section_types
 from autobalance.balancing.web_metal import WebMetal, weak_places
 from autobalance.correction import KINDS
@@ -37,7 +37,6 @@ from autobalance.planning.relaxation import Relaxation, Step
 from autobalance.quantities import Text, listed
 from autobalance.report.records.answers import JobEcho
 from autobalance.report.records.balance import (
-    BalanceFactor,
     Counterweight,
     Engine,
     ReasonQuantity,
@@ -366,7 +365,7 @@ def _balanced(balanced: balancing.Balanced, record: balancing.Record) -> dict[st
     return {
         "counterweight": None if weight is None else Counterweight.of(weight),
         "engine": Engine.of(balanced.loads),
-        "balance_factor": BalanceFactor(**vars(balanced.factors)),
+        "balance_factor": balanced.factor,
         "tolerance": Tolerance.of(balanced.tolerance, balanced.job),
         "residual": Unbalance.of(result.residual, record.planes_z_mm, result.doubt),
         "corrections": _corrections(balanced, record),
