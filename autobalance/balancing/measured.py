@@ -131,7 +131,7 @@ class Crank:
         """The surface as patches, rotor frame."""
         return Patches.of(self.source.solid.mesh.moved(self.anatomy.file_to_rotor))
 
-    @property
+    @cached_property
     def mass_pm_g(self) -> float | None:
         """Uncertainty of a scan's mass (95 %) [g]; None where the crank was drawn.
 

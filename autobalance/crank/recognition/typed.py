@@ -22,7 +22,7 @@ from autobalance.crank.anatomy import (
     PinHint,
     Typed,
 )
-from autobalance.crank.recognition.circles import distances, fit_circle
+from autobalance.crank.recognition.circles import AT_A_TIME, distances, fit_circle
 from autobalance.crank.recognition.cylinder_runs import ON_CYLINDER, CylinderRun, densest
 from autobalance.crank.recognition.doubts import UPRIGHT
 from autobalance.crank.recognition.layout import JournalLayout
@@ -309,22 +309,27 @@ def _voted(surface: _Surface, aside: float) -> tuple[Array, float, NDArray[np.bo
     some = np.arange(len(share))
     if len(some) > SAMPLE:
         some = rng.choice(len(share), SAMPLE, replace=False, p=share)
-    weight = surface.areas[some]
-    votes = np.array([
-        float(weight @ _agree(surface.middles[some], surface.normals[some], centre, radius, aside))
-        for centre, radius in zip(centres, radii, strict=True)
-    ])  # fmt: skip
+    middles, normals, weight = surface.middles[some], surface.normals[some], surface.areas[some]
+    rows, votes = max(1, AT_A_TIME // len(some)), np.zeros(len(radii))
+    for begin in range(0, len(radii), rows):
+        few = slice(begin, begin + rows)
+        agree = _agree(middles, normals, centres[few], radii[few], aside)
+        votes[few] = [float(weight @ each) for each in agree]
     best = int(np.argmax(votes))
-    mine = _agree(surface.middles, surface.normals, centres[best], float(radii[best]), aside)
+    chosen = slice(best, best + 1)
+    mine = _agree(surface.middles, surface.normals, centres[chosen], radii[chosen], aside)[0]
     return centres[best], float(radii[best]), mine
 
 
-def _agree(middles: Array, normals: Array, centre: Array, radius: float, aside: float) -> NDArray[np.bool_]:
-    """Mark the triangles that face an axis at a radius, middles ``aside`` by at most that share."""
-    arms = middles - centre
-    along = (arms * normals).sum(axis=1) - radius
-    across = arms[:, 0] * normals[:, 1] - arms[:, 1] * normals[:, 0]
-    agree: NDArray[np.bool_] = along**2 + (across * VOTE_RATIO / aside) ** 2 < (VOTE_RATIO * radius) ** 2
+def _agree(middles: Array, normals: Array, centres: Array, radii: Array, aside: float) -> NDArray[np.bool_]:
+    """Mark for each axis (rows) the triangles that face it at its radius, ``aside`` by at most that share."""
+    (x, y), (u, v) = np.ascontiguousarray(middles.T), np.ascontiguousarray(normals.T)
+    at_x, at_y = centres.T[:, :, None]
+    arm_x, arm_y = x - at_x, y - at_y
+    along = arm_x * u + arm_y * v - radii[:, None]
+    across = arm_x * v - arm_y * u
+    most = np.array([(VOTE_RATIO * radius) ** 2 for radius in radii])
+    agree: NDArray[np.bool_] = along**2 + (across * VOTE_RATIO / aside) ** 2 < most[:, None]
     return agree
 
 
