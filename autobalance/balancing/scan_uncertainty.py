@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import field
 
 import numpy as np
 
@@ -83,11 +84,16 @@ def _vectors(change: Moments, places: Places) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Patches:
-    """A scan's surface as patches: middles (p, 3) and areas (p,) [mm, mm²], and the diagonal of its box."""
+    """A scan's surface as patches: middles (p, 3) and areas (p,) [mm, mm²], and the diagonal of its box.
+
+    ``mass_noise`` keeps the variance of the mass by fit and density: the table of distances takes long, and
+    the noise of the unbalance needs it as well.
+    """
 
     middle: Array
     area: Array
     diagonal_mm: float
+    mass_noise: dict[tuple[ScanFit, float], float] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(cls, mesh: Mesh) -> Patches:
@@ -134,7 +140,9 @@ def scan_uncertainty(
         leaves open of them.
     """
     levers = _levers(surface, places) * density_g_mm3
-    noise = _noise_covariance(surface, fit, levers)
+    even = np.full((1, len(surface.area)), density_g_mm3)
+    noise, mass = _noise_covariances(surface, fit, levers, even)
+    surface.mass_noise[fit, density_g_mm3] = float(mass[0, 0])
     if skin_and_scale is None:
         skin_and_scale = _open(surface, fit, accuracy_mm)
     acting = np.stack([levers @ surface.area, 4.0 * _vectors(crank, places)], axis=1)
@@ -158,8 +166,11 @@ def mass_pm_g(
 
 def mass_noise_g(surface: Patches, fit: ScanFit, density_g_mm3: float) -> float:
     """Return within what 95 % of the masses are that noise alone makes of one crank [g]."""
-    noise = _noise_covariance(surface, fit, np.full((1, len(surface.area)), density_g_mm3))
-    return ONE_AXIS_SIGMAS_95 * math.sqrt(max(float(noise[0, 0]), 0.0))
+    known = surface.mass_noise.get((fit, density_g_mm3))
+    if known is None:
+        (mass,) = _noise_covariances(surface, fit, np.full((1, len(surface.area)), density_g_mm3))
+        known = surface.mass_noise[fit, density_g_mm3] = float(mass[0, 0])
+    return ONE_AXIS_SIGMAS_95 * math.sqrt(max(known, 0.0))
 
 
 def _open(surface: Patches, fit: ScanFit, accuracy_mm: float | None) -> Array:
@@ -188,13 +199,13 @@ AT_ONCE = 128
 """Rows of the table of distances that are made at a time: they fit the processor's cache."""
 
 
-def _noise_covariance(surface: Patches, fit: ScanFit, levers: Array) -> Array:
-    """Return the covariance of what noise does to each of the levers' sums (k, k)."""
+def _noise_covariances(surface: Patches, fit: ScanFit, *levers: Array) -> list[Array]:
+    """Return for each table of levers (k, p) the covariance of what noise does to their sums (k, k)."""
     from scipy.spatial.distance import cdist  # not before: drawn cranks need no SciPy here
 
-    acting = levers * surface.area
+    acting = [each * surface.area for each in levers]
     kernels = [(kernel, deviation) for kernel, deviation in fit.noise if deviation > 0.0]
-    covariance = np.zeros((len(levers), len(levers)))
+    covariances = [np.zeros((len(each), len(each))) for each in levers]
     for first in range(0, len(surface.area), AT_ONCE):  # each pair once: the other half is the transpose
         rows = slice(first, first + AT_ONCE)
         squared = cdist(surface.middle[rows], surface.middle[first:], "sqeuclidean")
@@ -203,9 +214,10 @@ def _noise_covariance(surface: Patches, fit: ScanFit, levers: Array) -> Array:
             alike = kernel.likeness(squared)
             alike[own, own] = kernel.share_of_mean(surface.area[rows])
             alike[:, : len(own)] *= 0.5  # pairs of these rows stand there twice
-            half = deviation**2 * (acting[:, rows] @ alike @ acting[:, first:].T)
-            covariance += half + half.T
-    return covariance
+            for covariance, each in zip(covariances, acting, strict=True):
+                half = deviation**2 * (each[:, rows] @ alike @ each[:, first:].T)
+                np.add(covariance, half + half.T, out=covariance)
+    return covariances
 
 
 def _lengths(covariance: Array, first: int) -> float:
