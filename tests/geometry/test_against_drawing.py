@@ -17,6 +17,8 @@ from autobalance.solid.formats.write import Written
 from tests import jobs
 from tests.scans import Wear, scan
 
+pytestmark = pytest.mark.usefixtures("cranks_read_once")
+
 EDGE_MM = 2.2
 SKIN_MM = 0.06
 DENT = (-52.0, 0.0, -21.0, 3.0)

@@ -33,7 +33,7 @@ from tests.split_scans import split_scan
 pytestmark = pytest.mark.usefixtures("cranks_read_once")
 
 DENSITY = 7.85e-3
-EDGE_MM = 2.2
+EDGE_MM, FINE_MM = 2.2, 1.1
 
 
 @pytest.fixture(scope="module")
@@ -44,13 +44,13 @@ def recognised() -> tuple[Mesh, Anatomy]:
 
 @pytest.mark.parametrize("rounded_mm", [0.5, 0.0])
 def test_facets_that_cut_edges_off_are_estimated_within_their_bar(rounded_mm: float) -> None:
-    """Against triangles of a third of the size, without noise: journals lie on cylinders as drawn ones do."""
+    """Against triangles of half the size, without noise: journals lie on cylinders as drawn ones do."""
     fine, coarse = (
-        scan("single", 0.0, edge_mm=edge, wear=Wear(edge_mm=rounded_mm)) for edge in (0.8, EDGE_MM)
+        scan("single", 0.0, edge_mm=edge, wear=Wear(edge_mm=rounded_mm)) for edge in (FINE_MM, EDGE_MM)
     )
     frame = coarse.truth.file_to_rotor
     there, here = (Solid.from_mesh(each.true).moments(DENSITY, frame) for each in (fine, coarse))
-    lacking = (there - here).scaled(1.0 / (1.0 - (0.8 / EDGE_MM) ** 2))  # the finer lack some, too
+    lacking = (there - here).scaled(1.0 / (1.0 - (FINE_MM / EDGE_MM) ** 2))  # the finer lack some, too
     for error in (
         chordal_error_of_scan(coarse.true, DENSITY, frame),
         chordal_error_of_mesh(coarse.true, DENSITY, frame, fit=True),

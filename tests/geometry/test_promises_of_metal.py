@@ -9,6 +9,8 @@ import pytest
 
 import autobalance as ab
 
+pytestmark = pytest.mark.usefixtures("cranks_read_once")
+
 JOB = """
 [crankshaft]
 file = "crank.stl"
@@ -34,7 +36,7 @@ method = "drill"
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made: Path = tmp_path_factory.mktemp("v8")
-    crank = ab.generate("v8-crossplane", file="crank.stl", settings={"segments": 48})
+    crank = ab.generate("v8-crossplane", file="crank.stl", settings={"segments": 32})
     (made / "crank.stl").write_bytes(crank.data)
     return made
 

@@ -3,13 +3,12 @@
 import re
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
 
 from autobalance import correction
-from autobalance.balancing import comparison
+from autobalance.balancing import comparison, offers
 from autobalance.balancing.loop import Result, balance
 from autobalance.correction import Limits
 from autobalance.correction.holes.drills import DrillLimits
@@ -19,14 +18,13 @@ from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.correction.slug import Slug
 from autobalance.correction.turn import TurnLimits
 from autobalance.crank.faces import find_faces
-from autobalance.planning import relaxation
+from autobalance.planning import relaxation, whole_cuts
 from autobalance.planning.milp import least_share
-from autobalance.planning.relaxation import MOST_OFFERS, Attempt, relaxations
-from autobalance.rigid_rotor.tolerance import Judge
+from autobalance.planning.relaxation import MOST_OFFERS, Attempt, Relaxation, relaxations
+from autobalance.rigid_rotor.tolerance import Judge, Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from tests.cranks import Shape, make_crank
 from tests.geometry.test_layouts import at_end_webs, rotor_with, tolerance
-from tests.watched import calls_of, watched
 
 WIDE = Shape(web_width=24.0, segments=24)
 FEW_HOLES = DrillLimits(diameters_mm=(10.0,), max_holes=1, depth_step_mm=0.0)
@@ -71,16 +69,21 @@ def test_advice_plans_no_more_cuts_than_its_budget_has(
     seen: list[Attempt] = []
     bounds: list[int] = []
 
-    def told(name: str, arguments: dict[str, Any]) -> None:
-        if name == "relaxations":
-            seen.append(arguments["tried"])
-            assert seen[0].bound > 1.0  # once for all advice
-        elif seen:
-            bounds.append(len(arguments["candidates"].cuts))
+    def advised(tried: Attempt, more_of_the_same: bool = True) -> list[Relaxation]:
+        seen.append(tried)
+        assert tried.bound > 1.0  # once for all advice
+        return relaxations(tried, more_of_the_same)
+
+    def bounded(residual: Unbalance, tolerance: Tolerance, candidates: Candidates) -> float:
+        if seen:
+            bounds.append(len(candidates.cuts))
+        return least_share(residual, tolerance, candidates)
 
     monkeypatch.setattr(relaxation, "MOST_PLANNED", most_cuts)
-    with watched(relaxations, least_share, tell=told):
-        result = run.__wrapped__(1000.0, replace(FEW_HOLES, diameters_mm=(8.0, 10.0)))
+    monkeypatch.setattr(offers, "relaxations", advised)
+    for module in (relaxation, whole_cuts):  # watching every call takes as long as all the rest
+        monkeypatch.setattr(module, "least_share", bounded)
+    result = run.__wrapped__(1000.0, replace(FEW_HOLES, diameters_mm=(8.0, 10.0)))
     (tried,) = seen
     assert sum(tried.planned) <= most_cuts
     assert max(bounds, default=0) <= most_cuts
@@ -144,10 +147,17 @@ def test_a_slug_of_some_size() -> None:
 
 
 @pytest.mark.parametrize("judge", ["static", "dynamic"])
-def test_no_slug_is_looked_for_that_could_not_do(judge: Judge) -> None:
+def test_no_slug_is_looked_for_that_could_not_do(judge: Judge, monkeypatch: pytest.MonkeyPatch) -> None:
     """What the remedy moves at most is told before the whole crank is searched for its places."""
-    with calls_of(Slug.offer) as looked:
-        result = run.__wrapped__(1e5, TurnLimits(min_radius_mm=61.5), judge=judge)
+    looked: list[Limits] = []
+    search = Slug.offer
+
+    def offer(kind: Slug, work: Workpiece, limits: SlugLimits, *more: int) -> Candidates:
+        looked.append(limits)
+        return search(kind, work, limits, *more)
+
+    monkeypatch.setattr(Slug, "offer", offer)
+    result = run.__wrapped__(1e5, TurnLimits(min_radius_mm=61.5), judge=judge)
     assert looked == []
     assert result.outcome == "above_tolerance"
     assert not result.relaxations

@@ -148,6 +148,7 @@ def test_keep_open_goes_with_fill_holes() -> None:
         read_crankshaft(raw, Path())
 
 
+@pytest.mark.usefixtures("cranks_read_once")
 def test_a_scan_with_holes_is_closed_balanced_and_verified(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
