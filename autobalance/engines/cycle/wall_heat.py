@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -79,13 +80,7 @@ class SolvedPart:
         walls: Woschni | None,
     ) -> SolvedPart:
         """Return the part between two angles after firing top dead centre [rad]."""
-        gas = GasEquation(chamber, charge, heat, ends_rad[0], walls)
-        edges = (
-            edges_between(*ends_rad, WIDEST_RAD, ())
-            if heat is None
-            else edges_between(*ends_rad, WIDEST_RAD, burn_edges_rad(heat, *ends_rad))
-        )
-        state = _solved(gas, edges)
+        edges, state = _table(chamber, charge, heat, ends_rad, walls)
         work, wall = float(state[2, -1]), float(state[3, -1])
         return cls(chamber, heat, *ends_rad, (edges, state[0], state[1]), work, wall)
 
@@ -97,6 +92,27 @@ class SolvedPart:
     def pressure_mpa(self, after_top_rad: Array, volume_mm3: Array) -> Array:
         """Return the pressure at angles inside, whose volumes are known [MPa]."""
         return hermite(after_top_rad, *self.table) / volume_mm3
+
+
+@lru_cache(maxsize=32)  # the loads before and after balancing, and each check of them, are of the same gas
+def _table(
+    chamber: Chamber,
+    charge: Charge,
+    heat: Wiebe | None,
+    ends_rad: tuple[float, float],
+    walls: Woschni | None,
+) -> tuple[Array, Array]:
+    """Return the edges (n,) of steps, and the solution (4, n) there as ``_solved`` gives it; both read-only."""
+    gas = GasEquation(chamber, charge, heat, ends_rad[0], walls)
+    edges = (
+        edges_between(*ends_rad, WIDEST_RAD, ())
+        if heat is None
+        else edges_between(*ends_rad, WIDEST_RAD, burn_edges_rad(heat, *ends_rad))
+    )
+    state = _solved(gas, edges)
+    for each in (edges, state):
+        each.setflags(write=False)
+    return edges, state
 
 
 # Cash and Karp's Runge–Kutta of order 5 (ACM Trans. Math. Softw. 16, 1990)
