@@ -134,16 +134,19 @@ class CutCurves:
         good = np.ones(len(first), dtype=bool)
         for a, b in product(range(first.shape[1]), range(last.shape[1])):
             good &= ~self.never_both[first[:, a], last[:, b]]
-        sets = np.hstack([first, last])
+        sets = np.vstack([first.T, last.T])  # numpy counts across long rows many times faster
         for rule in self.candidates.counts:
-            if rule.most < sets.shape[1]:
+            if rule.most < len(sets):
                 inside = np.zeros(len(self.weight), dtype=np.int64)
                 inside[list(rule.members)] = 1
-                good &= inside[sets].sum(axis=1) <= rule.most
+                good &= inside[sets].sum(axis=0) <= rule.most
         for groups, most in self._groups:
-            if most < sets.shape[1]:
-                used = (groups[sets][:, :, None] == np.arange(groups.max() + 1)).any(axis=1)
-                good &= used.sum(axis=1) <= most
+            if most < len(sets):
+                own = groups[sets]
+                used = np.zeros(len(first), dtype=np.int64)
+                for each in range(groups.max() + 1):
+                    used += (own == each).any(axis=0)
+                good &= used <= most
         return good
 
     @cached_property
