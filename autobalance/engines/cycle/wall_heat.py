@@ -102,7 +102,7 @@ def _table(
     ends_rad: tuple[float, float],
     walls: Woschni | None,
 ) -> tuple[Array, Array]:
-    """Return the edges (n,) of steps, and the solution (4, n) there as ``_solved`` gives it; both read-only."""
+    """Return the edges (n,) of steps, and the solution (4, n) there by ``_solved``; both read-only."""
     gas = GasEquation(chamber, charge, heat, ends_rad[0], walls)
     edges = (
         edges_between(*ends_rad, WIDEST_RAD, ())
