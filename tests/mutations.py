@@ -16,7 +16,7 @@ import autobalance as ab
 from autobalance.correction import KINDS
 from autobalance.report.balance.values import report as as_report
 from autobalance.report.balance.values import schema
-from autobalance.verification import correction_claims, report_file
+from autobalance.verification import correction_claims, cut_values, report_file
 from autobalance.verification.check import check_claims
 from autobalance.verification.checked import Checked
 from autobalance.verification.claims import Claims
@@ -112,7 +112,22 @@ def unchanged_cuts_known() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         kinds = {name: KnownKind(kind, known) for name, kind in KINDS.items()}
         patch.setattr(correction_claims, "KINDS", kinds)
+        for name in ("_pieces", "_shared_mm3"):  # of which piece is whose
+            patch.setattr(cut_values, name, known_of_the_same(getattr(cut_values, name)))
         yield
+
+
+def known_of_the_same(work: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function of solids and numbers that does its work once for the same ones."""
+    known: dict[Hashable, Any] = {}
+
+    def once(*of: Any) -> Any:
+        key = tuple(each if isinstance(each, float) else id(each) for each in of)
+        if key not in known:
+            known[key] = of, work(*of)  # holds the solids: no identity is used twice
+        return known[key][1]
+
+    return once
 
 
 def leaves(value: Any, way: Way = ()) -> Iterator[Way]:
@@ -167,12 +182,14 @@ def falsehoods(value: Any) -> Iterator[Any]:
 
 @sound_parts_known()
 @unchanged_cuts_known()
-def accepted(report: Report, folder: Path, under: tuple[str, ...] = ()) -> list[str]:
+def accepted(
+    report: Report, folder: Path, under: tuple[str, ...] = (), files: Files | None = None
+) -> list[str]:
     """Return the changes that are taken for true though their key is on no list of what was not checked.
 
-    Only values ``under`` some keys are changed, where such are given.
+    Only values ``under`` some keys are changed, where such are given. ``files`` may have been read before.
     """
-    files, found = Files(), list[str]()
+    files, found = files or Files(), list[str]()
     checked(report, folder, files)
     for way in one_of_each(report):
         if under and way[0] not in under:

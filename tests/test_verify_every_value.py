@@ -12,6 +12,7 @@ import autobalance as ab
 from autobalance.verification.solids import Files
 from tests import jobs, mutations
 
+pytestmark = pytest.mark.usefixtures("cranks_read_once")
 JOB = """
 [crankshaft]
 file = "crank.stl"
@@ -76,13 +77,13 @@ def shoulders(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ],
 )
 def test_no_cut_can_be_told_falsely(preset: str, method: str, listed: set[str], tmp_path: Path) -> None:
-    folder = balanced(tmp_path, preset, method)
-    found = ab.verify(folder / "report.json")
-    keys = {each["key"] for each in found.report["not_checked"]} - WORDS
+    with jobs.without_advice():
+        folder = balanced(tmp_path, preset, method)
+    report, files = jobs.report_of(folder), Files()
+    keys = {each.key for each in mutations.checked(report, folder, files).not_checked} - WORDS
     assert keys <= listed
-    report = jobs.report_of(folder)
     assert report["corrections"]
-    assert mutations.accepted(report, folder, ("corrections", "steps")) == []
+    assert mutations.accepted(report, folder, ("corrections", "steps"), files) == []
 
 
 @pytest.fixture(scope="module")
@@ -97,11 +98,10 @@ def drilled(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.slow
 def test_no_hole_can_be_told_falsely(drilled: Path) -> None:
     folder = drilled.parent / "out"
-    found = ab.verify(folder / "report.json")
-    assert {key for key, _ in found.not_checked} <= WORDS
-    report = jobs.report_of(folder)
+    report, files = jobs.report_of(folder), Files()
+    assert {each.key for each in mutations.checked(report, folder, files).not_checked} <= WORDS
     assert report["corrections"]
-    assert mutations.accepted(report, folder, ("corrections", "steps")) == []
+    assert mutations.accepted(report, folder, ("corrections", "steps"), files) == []
 
 
 DEEPER = """"drill"

@@ -105,13 +105,17 @@ def test_every_verb_with_progress_takes_it() -> None:
 
 
 HELD = """
-import hashlib, sys
+import ctypes, sys
 from autobalance.balancing import loop
 from autobalance.command import main
 
+library, lock = ctypes.CDLL(None), ctypes.create_string_buffer(256)
+library.pthread_mutex_init(lock, None)
+
 def held(*arguments):
     print("held", flush=True, file=sys.__stdout__)
-    hashlib.pbkdf2_hmac("sha256", b"a", b"b", 60_000_000)  # hears no signal for a minute
+    for _ in range(2):  # the second for ever: no signal is heard
+        library.pthread_mutex_lock(lock)
 
 loop.cut_and_measure = held
 sys.exit(main())
