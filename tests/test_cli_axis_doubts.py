@@ -13,6 +13,8 @@ from autobalance.solid.formats.write import encode
 from tests import jobs
 from tests.odd_kinds import OddCrank, bored_arm, lone_web
 
+pytestmark = pytest.mark.usefixtures("cranks_read_once")
+
 JOB = """
 [crankshaft]
 file = "crank.stl"

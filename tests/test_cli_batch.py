@@ -25,6 +25,8 @@ from tests.cranks import Shape, make_crank
 from tests.jobs import ROOT
 from tests.worker_tasks import DEADLY, balance_unless_deadly
 
+pytestmark = pytest.mark.usefixtures("cranks_read_once")
+
 JOB = """
 [crankshaft]
 file = "crank.stl"

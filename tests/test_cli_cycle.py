@@ -18,6 +18,8 @@ from autobalance.types import Array
 from tests.coarse import bundled_corners
 from tests.jobs import main, write_stl
 
+pytestmark = pytest.mark.usefixtures("cranks_read_once")
+
 RPM = 9000.0
 SPEED = RPM * math.pi / 30.0
 RADIUS, ROD, AREA = 26.9, 104.0, math.pi / 4.0 * 76.8**2

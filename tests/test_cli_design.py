@@ -48,6 +48,8 @@ from tests.coarse import roughen
 from tests.cranks import Shape, make_crank
 from tests.watched import calls_of
 
+pytestmark = pytest.mark.usefixtures("cranks_read_once")
+
 DESIGN = """
 [crankshaft]
 file = "crank.stl"

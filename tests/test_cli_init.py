@@ -14,6 +14,8 @@ from autobalance.job.tables import key_at
 from autobalance.toml_files.document import toml_text
 from tests import jobs
 
+pytestmark = pytest.mark.usefixtures("cranks_read_once")
+
 CRANK = jobs.BUNDLED / "straight" / "crank-with-pin.stl"
 FILLED = {
     "crankshaft.density_kg_m3": 7850.0,

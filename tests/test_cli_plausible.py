@@ -15,6 +15,8 @@ from autobalance.balancing.typed_effects import refuse_size
 from autobalance.solid.csg.solid import Solid
 from tests import jobs
 
+pytestmark = pytest.mark.usefixtures("cranks_read_once")
+
 SLANTING = np.eye(4)
 SLANTING[:3, :3] = np.array([[1.0, 1.0, -2.0], [-1.0, 1.0, 0.0], [1.0, 1.0, 1.0]]).T / np.sqrt(
     [6.0, 2.0, 3.0]

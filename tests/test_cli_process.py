@@ -15,6 +15,8 @@ from autobalance.bundled import bundled_folder
 from autobalance.command.main import INTERRUPTED_MESSAGE
 from tests import jobs
 
+pytestmark = pytest.mark.usefixtures("cranks_read_once")
+
 HELP_SECONDS = 0.3
 CLI = [sys.executable, str(jobs.ROOT / "cli.py")]
 
@@ -63,7 +65,8 @@ def test_a_small_crank_is_balanced_without_loading_scipy(tmp_path: Path) -> None
         f"assert main(['balance', {str(job)!r}, '-o', {str(tmp_path)!r}, '-q', '--no-report']) == 0;"
         "assert 'scipy' not in sys.modules"
     )
-    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, env=environment())
+    anew = environment(AUTOBALANCE_CACHE_MB="0")
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, env=anew)
 
 
 def test_what_libraries_write_on_standard_output_is_not_among_the_results() -> None:
@@ -186,18 +189,19 @@ def test_ctrl_c_during_advice_ends_the_advice_alone(presses: int, tmp_path: Path
 
 
 HOLDING = """
-import sys
-from collections import deque
-from itertools import repeat
+import ctypes, sys
 from autobalance.verbs import balance
 from autobalance.command import main
 from autobalance.report.files import Staging
 
 true = Staging.commit
+library, lock = ctypes.PyDLL(None), ctypes.create_string_buffer(256)
+library.pthread_mutex_init(lock, None)
 
 def held(staging):
     print("held", flush=True, file=sys.stderr)
-    deque(repeat(0), 0)  # for ever, with the interpreter held: no thread goes on, no signal is heard
+    for _ in range(2):  # the second for ever, the interpreter held: no thread runs, no signal is heard
+        library.pthread_mutex_lock(lock)
     true(staging)
 
 Staging.commit = held

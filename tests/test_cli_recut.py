@@ -19,7 +19,7 @@ from tests import mutations
 from tests.coarse import bundled_corners
 from tests.jobs import main, without_advice, write_stl
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("cranks_read_once")]
 
 CRANK = Path(__file__).parents[1] / "fixtures" / "crf250r" / "straight" / "crank.stl"
 

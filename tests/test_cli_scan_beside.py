@@ -20,6 +20,8 @@ from autobalance.verbs.balance import BalanceResult
 from tests.generated import generated_crank
 from tests.scans import Wear, scan, surface_of
 
+pytestmark = pytest.mark.usefixtures("cranks_read_once")
+
 JOB = """
 [crankshaft]
 file = "drawing.stl"

@@ -15,6 +15,8 @@ from autobalance.studies.study.verb import study
 from tests.coarse import bundled_corners
 from tests.jobs import main, write_stl
 
+pytestmark = pytest.mark.usefixtures("cranks_read_once")
+
 JOB = """
 [crankshaft]
 file = "crank.stl"

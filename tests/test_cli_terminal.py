@@ -16,6 +16,8 @@ from autobalance.command import terminal
 from autobalance.report.tables import DRAWN_BY, has_heading, plain_table, table
 from tests import jobs
 
+pytestmark = pytest.mark.usefixtures("cranks_read_once")
+
 pytest.importorskip("rich")
 ESCAPE = re.compile(r"\x1b\[[0-9;]*m")
 ROWS = [("Part", "mass"), ("  rod", "95.04 g"), ("  piston [alu]", "158.00 g")]

@@ -15,6 +15,8 @@ from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import JobError
 from tests import jobs
 
+pytestmark = pytest.mark.usefixtures("cranks_read_once")
+
 GAS = {"bore_mm": 80.0, "compression_ratio": 10.0, "heat_J": 900.0}
 
 
