@@ -10,11 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 import autobalance as ab
 from autobalance.drawn_cranks.design import PRESETS
+from autobalance.machining import verb
 from autobalance.machining.area_moves import MachinedCrank
-from autobalance.machining.verb import verified_part
+from autobalance.machining.verb import NcResult, verified_part
 from autobalance.rigid_rotor.unbalance import Unbalance
 from tests import nc_sweep
 from tests.generated import generated_crank
@@ -158,6 +160,13 @@ def random_job(folder: Path, kind: str, layout: str, seed: int) -> Path | None:
 def part_of(report: Path) -> MachinedCrank:
     """Return what a report's programs cut, verified once."""
     return verified_part(report)
+
+
+def programmed(report: Path, machine: Values) -> NcResult:
+    """Return the NC programs of a report that is verified once, for them and for `part_of`."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(verb, "verified_part", part_of)
+        return verb.nc(report, machine)
 
 
 def swept_residual(

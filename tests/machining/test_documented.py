@@ -74,7 +74,7 @@ def test_a_second_stage_has_its_own_cuts_alone(drilled: Path, tmp_path: Path) ->
     second = json.loads(report.read_text(encoding="utf-8"))
     numbers = [item["number"] for item in second["corrections"]]
     assert min(numbers) > max(item["number"] for item in first["corrections"])
-    result = ab.nc(report, nc_jobs.machine())
+    result = nc_jobs.programmed(report, nc_jobs.machine())
     text = result.programs["setup-R.ngc"]
     assert [int(number) for number in re.findall(r"\(cut (\d+)", text)] == result.report["setups"][0]["cuts"]
     assert sorted(result.report["setups"][0]["cuts"]) == numbers

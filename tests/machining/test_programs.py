@@ -27,7 +27,7 @@ def made(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[str, Path, NcResult]:
     report = nc_jobs.balanced(tmp_path_factory.mktemp("nc") / request.param, request.param, SEGMENTS)
-    result = ab.nc(report, nc_jobs.machine(lathe=request.param == "turn"))
+    result = nc_jobs.programmed(report, nc_jobs.machine(lathe=request.param == "turn"))
     result.write(report.parent / "nc")
     return request.param, report, result
 
@@ -66,7 +66,7 @@ def test_that_sweep_sees_a_gouge_and_a_near_rapid(tmp_path: Path) -> None:
     """A hole 0.2 mm deeper, and rapids 4 mm lower, in the text alone."""
     path = nc_jobs.balanced(tmp_path, "radial", SEGMENTS)
     report, part = json.loads(path.read_text(encoding="utf-8")), nc_jobs.part_of(path)
-    result = ab.nc(path, nc_jobs.machine())
+    result = nc_jobs.programmed(path, nc_jobs.machine())
 
     def lower(letter: str, by: float) -> dict[str, str]:
         def word(one: re.Match[str]) -> str:
