@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
+from autobalance.correction.holes.surface import Surface
 from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw, Web
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union
@@ -99,6 +101,20 @@ def make_crank(
     back[:3, 3] = -place[:3, :3].T @ place[:3, 3]
     solid = Solid.from_mesh(union(bodies).mesh.moved(place @ to_rotor))
     return solid, Anatomy(back, tuple(journals), tuple(throws), tuple(webs), 0.0)
+
+
+@lru_cache(maxsize=8)
+def planned_crank(shape: Shape, *further_deg: float) -> tuple[Solid, Anatomy]:
+    """Return the crank of a shape, the same for all tests that plan on it; its first throw is at 0°."""
+    solid, anatomy = make_crank([0.0, *further_deg], shape)
+    held_surface(solid, anatomy)
+    return solid, anatomy
+
+
+@lru_cache(maxsize=8)
+def held_surface(solid: Solid, anatomy: Anatomy) -> Surface:
+    """Return a crank's surface, and hold it: places and holes found on it are then known to the next test."""
+    return Surface.shared(solid.mesh, anatomy.file_to_rotor)
 
 
 def tilted(angle_rad: float, shift_mm: Sequence[float]) -> Array:

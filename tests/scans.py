@@ -528,7 +528,7 @@ class Scan:
         return self.mesh.corners.astype(np.float32)
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=12)
 def surface_of(crank: Design, edge_mm: float, wear: Wear, seed: int) -> tuple[Array, Indices, Array]:
     """Return vertices, triangles and outward normals of a crank's surface, in its own axes."""
     turn = random_placement(np.random.default_rng(seed))[:3, :3]

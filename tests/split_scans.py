@@ -71,7 +71,7 @@ def _waved(
     return Mesh(vertices + (sigma_mm * both + skin_mm)[:, None] * normals, triangles)
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=4)
 def split_surface_of(crank: Design, edge_mm: float, segments: int) -> Surface:
     """Return vertices, triangles and normals of a drawn crank's facets, split to even edges."""
     return _split_surface(crank_solid(crank, segments).mesh, edge_mm)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from autobalance.job.tables import job_schema
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
-from tests.cranks import Shape, make_crank
+from tests.cranks import Shape, held_surface, make_crank
 from tests.geometry.test_plans import judge, rotor, single
 
 
@@ -115,6 +116,7 @@ def test_the_schema_takes_what_the_reader_takes() -> None:
             jsonschema.validate(value, schema)
 
 
+@cache
 def stepped() -> tuple[Solid, Anatomy]:
     """A single whose webs are 24 mm thick about the axis, and discs of 14 mm outside of that."""
     solid, anatomy = make_crank([0.0], Shape(web_width=24.0, segments=32))
@@ -125,6 +127,7 @@ def stepped() -> tuple[Solid, Anatomy]:
         (last.z_max_mm - 10.0, last.z_max_mm + 0.5),
     ):
         solid = solid - Solid.prism(outside, low, high).moved(anatomy.rotor_to_file)
+    held_surface(solid, anatomy)
     return solid, anatomy
 
 

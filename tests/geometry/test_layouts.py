@@ -28,7 +28,7 @@ from autobalance.rigid_rotor.tolerance import Judge, Tolerance
 from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
-from tests.cranks import Shape, make_crank, tilted
+from tests.cranks import Shape, make_crank, planned_crank, tilted
 from tests.generated import AT_OTHER_ANGLES, generated_crank
 from tests.geometry.test_add import web_face
 from tests.sweeps import SWEPT, seeds
@@ -181,7 +181,7 @@ def test_a_transverse_part_is_drilled_off_centre() -> None:
     ids=lambda methods: "+".join(type(limits).__name__.removesuffix("Limits").lower() for limits in methods),
 )
 def test_mixes(methods: list[Limits]) -> None:
-    solid, anatomy = make_crank([0.0, 90.0], replace(COARSE, web_width=24.0))
+    solid, anatomy = planned_crank(replace(COARSE, web_width=24.0), 90.0)
     size = -900.0 if methods == [SLUGS] else 900.0  # slugs alone make a light counterweight heavier
     rotor = rotor_with(solid, anatomy, on_counterweights(anatomy, size), web_faces(solid, anatomy))
     grade = 40.0 if methods == [SLUGS] else 6.3  # slugs come in whole sizes only

@@ -19,6 +19,8 @@ from autobalance.errors import JobError
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid
 
+pytestmark = pytest.mark.usefixtures("cranks_read_once")
+
 SEGMENTS = 48
 CROSSED = replace(PRESETS["single"], crankpin=DrawnShaft(32.0, 24.0, 14.0), segments=SEGMENTS)
 """An oil hole crosses the crankpin's bore."""

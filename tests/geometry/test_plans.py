@@ -20,13 +20,13 @@ from autobalance.planning.whole_cuts import rank
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Moments, Unbalance
 from autobalance.solid.csg.solid import Solid
-from tests.cranks import Shape, make_crank
+from tests.cranks import Shape, planned_crank
 
 STEEL = 7.85e-3
 
 
 def single(web_width: float = 18.0) -> tuple[Solid, Anatomy]:
-    return make_crank([0.0], Shape(web_width=web_width, segments=32))
+    return planned_crank(Shape(web_width=web_width, segments=32))
 
 
 def rotor(solid: Solid, anatomy: Anatomy, wanted_g_mm: Sequence[float]) -> Rotor:

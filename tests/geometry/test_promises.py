@@ -13,7 +13,7 @@ from autobalance.correction.holes.drills import DrillLimits
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.crank.faces import find_faces
 from autobalance.rigid_rotor.tolerance import Tolerance
-from tests.cranks import Shape, make_crank
+from tests.cranks import Shape, planned_crank
 from tests.geometry.test_plans import judge, rotor
 from tests.geometry.test_relaxation import FEW_HOLES
 
@@ -32,7 +32,7 @@ SHORT: dict[str, tuple[float, Limits]] = {
 def above(name: str) -> tuple[Rotor, Tolerance, Result]:
     heavy_g_mm, limits = SHORT[name]
     pin = 50.0 if name == "heavier" else 24.0
-    solid, anatomy = make_crank([0.0], Shape(web_width=24.0, pin_width=pin, segments=24))
+    solid, anatomy = planned_crank(Shape(web_width=24.0, pin_width=pin, segments=24))
     made = rotor(solid, anatomy, [heavy_g_mm, 30.0])
     made = replace(made, faces=tuple(find_faces(solid.mesh, anatomy)))
     return made, judge(made), balance(made, judge(made), [limits])

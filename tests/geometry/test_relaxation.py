@@ -23,7 +23,7 @@ from autobalance.planning.milp import least_share
 from autobalance.planning.relaxation import MOST_OFFERS, Attempt, Relaxation, relaxations
 from autobalance.rigid_rotor.tolerance import Judge, Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
-from tests.cranks import Shape, make_crank
+from tests.cranks import Shape, planned_crank
 from tests.geometry.test_layouts import at_end_webs, rotor_with, tolerance
 
 WIDE = Shape(web_width=24.0, segments=24)
@@ -32,7 +32,7 @@ FEW_HOLES = DrillLimits(diameters_mm=(10.0,), max_holes=1, depth_step_mm=0.0)
 
 @cache
 def run(size: float, *methods: Limits, judge: Judge = "dynamic", advise: bool = True) -> Result:
-    solid, anatomy = make_crank([0.0], WIDE)
+    solid, anatomy = planned_crank(WIDE)
     rotor = rotor_with(solid, anatomy, at_end_webs(anatomy, [-size, 0.0], [-size, 0.0]))
     return balance(rotor, tolerance(solid, anatomy, judge), methods, advise=advise)
 
@@ -53,7 +53,7 @@ def reason_of(result: Result) -> str:
 
 def test_advice_has_bounds() -> None:
     """A crank of three kinds that cannot be balanced was planned for half a minute more."""
-    solid, anatomy = make_crank([0.0], WIDE)
+    solid, anatomy = planned_crank(WIDE)
     work = Workpiece(solid, anatomy, (), 7.85e-3, ((0.0, np.ones(2)), (1.0, np.ones(2))))
     left, limits, looks = Unbalance(np.ones(2), np.zeros(2)), (FEW_HOLES,), [(FEW_HOLES,)] * MOST_OFFERS
     tried = Attempt(work, limits, limits, Candidates(()), left, tolerance(solid, anatomy), [*looks])
@@ -119,7 +119,7 @@ def test_deeper() -> None:
 @pytest.mark.slow
 def test_a_face_lowered_further() -> None:
     """Deeper than planning had to look, for limits that end before."""
-    solid, anatomy = make_crank([0.0], WIDE)
+    solid, anatomy = planned_crank(WIDE)
     wanted = at_end_webs(anatomy, [600.0, 900.0], [-600.0, 900.0])
     rotor = rotor_with(solid, anatomy, wanted, find_faces(solid.mesh, anatomy))
     judge = tolerance(solid, anatomy)
@@ -178,14 +178,14 @@ def test_the_bound_is_not_above_what_is_reached(size: float) -> None:
     result = run(size, FEW_HOLES, advise=False)
     assert result.reason is not None
     bound = float(re.search(r"leaves less than ([0-9.]+) times", result.reason)[1])  # type: ignore[index]
-    solid, anatomy = make_crank([0.0], WIDE)
+    solid, anatomy = planned_crank(WIDE)
     reached = tolerance(solid, anatomy).used_share(result.residual)
     assert 0.5 * reached < bound <= 1.01 * reached
 
 
 def test_what_is_corrected_is_within_capacity() -> None:
     """A coarse grid that misses the direction of an unbalance says nothing of the holes there are."""
-    solid, anatomy = make_crank([0.0], replace(WIDE, segments=24))
+    solid, anatomy = planned_crank(WIDE)
     rotor = rotor_with(solid, anatomy, at_end_webs(anatomy, [-220.0, -34.0], [-276.0, -65.0]))
     limits = DrillLimits(diameters_mm=(6.0,), max_holes=2, sectors_deg=((170.0, 200.0),))
     judge = tolerance(solid, anatomy)

@@ -20,7 +20,7 @@ from autobalance.errors import CorrectionError
 from autobalance.job.from_options import for_recut
 from autobalance.planning.reject_worse import is_harmless
 from autobalance.rigid_rotor.unbalance import Budget, Moments, Share, Unbalance
-from tests.cranks import Shape, make_crank
+from tests.cranks import Shape, held_surface, make_crank
 from tests.geometry.test_plans import STEEL, judge, rotor
 
 DEEPENED = DrillLimits(deepen=True, max_holes=8, diameters_mm=(9.0, 14.0))
@@ -32,6 +32,8 @@ def first_stage() -> tuple[Rotor, Result]:
     made = rotor(solid, anatomy, [-650.0, 40.0])
     result = balance(made, judge(made), [DrillLimits(max_depth_mm=12.0, diameters_mm=(14.0,))], advise=False)
     assert result.outcome == "within_tolerance"
+    assert result.solid is not None
+    held_surface(result.solid, anatomy)
     return made, result
 
 

@@ -17,14 +17,14 @@ from autobalance.correction.holes.drills import DrillLimits
 from autobalance.planning.relaxation import Attempt
 from autobalance.planning.too_light import too_light_g_mm, too_light_text
 from autobalance.rigid_rotor.unbalance import Moments, Unbalance
-from tests.cranks import Shape, make_crank
+from tests.cranks import Shape, planned_crank
 from tests.geometry.test_plans import judge, rotor
 
 DRILL = DrillLimits(diameters_mm=(8.0, 12.0))
 
 
 def light(heavy_g_mm: float = 2000.0) -> Rotor:
-    solid, anatomy = make_crank([0.0], Shape(web_width=24.0, pin_width=50.0, segments=32))
+    solid, anatomy = planned_crank(Shape(web_width=24.0, pin_width=50.0, segments=24))
     return rotor(solid, anatomy, [heavy_g_mm, 0.0])
 
 
@@ -87,7 +87,7 @@ def test_only_a_crank_heavy_at_its_pins_is_too_light() -> None:
 
 
 def test_nothing_is_cut_for_a_gain_of_a_few_per_cent() -> None:
-    solid, anatomy = make_crank([0.0], Shape(segments=32))
+    solid, anatomy = planned_crank(Shape(segments=32))
     made = rotor(solid, anatomy, [-20000.0, 0.0])
     small = DrillLimits(diameters_mm=(8.0,), max_depth_mm=6.0)
     cut = balance(made, judge(made), [small], advise=False)
@@ -103,7 +103,7 @@ def test_nothing_is_cut_for_a_gain_of_a_few_per_cent() -> None:
 
 
 def test_compare_lists_no_mix_that_uses_one_of_its_kinds_only() -> None:
-    solid, anatomy = make_crank([0.0], Shape(segments=32))
+    solid, anatomy = planned_crank(Shape(segments=32))
     made = rotor(solid, anatomy, [-300.0, 0.0])
     limits = {"drill": DrillLimits(diameters_mm=(8.0,)), "mill": correction.KINDS["mill"].limits()}
     limits["turn"] = correction.KINDS["turn"].limits()
