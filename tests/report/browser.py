@@ -47,8 +47,12 @@ class Browser:
 
     def __init__(self, base: str, session: str) -> None:
         self.base = f"{base}/session/{session}"
+        self.seen = ""
+        """Address of a page that no test has changed since it was loaded."""
 
     def call(self, method: str, path: str, body: Any = None) -> Any:
+        if path == "/url":
+            self.seen = ""
         return _request(method, self.base + path, body)
 
     def open(self, page: Path) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from tests.report.browser import Browser, browser
 from tests.web_app import small
-from tests.web_app.page import load, nothing_wrong
+from tests.web_app.page import load, nothing_wrong, seen, seen_again
 from tests.web_app.serving import Served, served
 
 SOFTWARE_PAGES = "--disable-gpu-compositing"
@@ -16,6 +16,15 @@ SOFTWARE_PAGES = "--disable-gpu-compositing"
 
 
 SIZE = (1400, 900)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Bring tests that only look at the page together: most of them then see one that is loaded once."""
+    looking = [item for item in items if item.get_closest_marker("looks")]
+    if looking:
+        first, here = items.index(looking[0]), set(looking)
+        rest = [item for item in items[first:] if item not in here]
+        items[first:] = [*looking, *rest]
 
 
 @pytest.fixture(scope="session")
@@ -43,10 +52,17 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 
 
 @pytest.fixture
-def page(project: Served, window: Browser) -> Iterator[Browser]:
-    """The page as it is loaded on that project, whatever was done on it before."""
-    project.ask("/api/job", small.DRILLED, "PUT")
-    window.resize(*SIZE)  # as a test before may have left it
-    load(window, project)
+def page(request: pytest.FixtureRequest, project: Served, window: Browser) -> Iterator[Browser]:
+    """The page as it is loaded on that project, whatever was done on it before.
+
+    Tests with the mark ``looks`` leave job and page as they are: after such a one the next has the same page.
+    """
+    looks = request.node.get_closest_marker("looks") is not None
+    if not (looks and seen_again(window, project, small.DRILLED)):
+        project.ask("/api/job", small.DRILLED, "PUT")
+        window.resize(*SIZE)  # as a test before may have left it
+        load(window, project)
+        if looks:
+            seen(window, project)
     with nothing_wrong(window, project):
         yield window

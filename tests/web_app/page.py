@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from tests.report.browser import ELEMENT, Browser, missing
-from tests.web_app.serving import Served
+from tests.web_app.serving import Served, pause
 
 BROWSER = [
     pytest.mark.skipif(bool(missing()), reason=f"not installed: {missing()}"),
@@ -31,12 +31,12 @@ def at(name: str) -> str:
 
 def until(page: Browser, script: str, *given: Any, most_s: float = 240.0) -> Any:
     """Wait until a script returns something, and return that."""
-    end = time.monotonic() + most_s
+    begun = time.monotonic()
     while not (found := page.run(script, *given)):
-        if time.monotonic() > end:
+        if time.monotonic() > begun + most_s:
             said = page.run("return document.getElementById('error')?.textContent")
             raise AssertionError(f"not so after {most_s} s: {script}; the page says {said!r}")
-        time.sleep(0.05)
+        pause(begun)
     return found
 
 
@@ -45,6 +45,30 @@ def load(page: Browser, app: Served) -> Browser:
     page.call("POST", "/url", {"url": app.address})
     until(page, "return document.body.dataset.ready === 'true'")
     return page
+
+
+FOLDS = "window.folds = new Map([...document.querySelectorAll('details')].map(each => [each, each.open]))"
+AT_FIRST = """
+document.activeElement?.blur();
+for (const each of document.querySelectorAll("details")) each.open = window.folds.get(each) ?? false;
+document.getElementById("tab-open").click();
+document.querySelector("#views button").click();
+scrollTo(0, 0);
+"""
+
+
+def seen(page: Browser, app: Served) -> None:
+    """Note that tests only look at the page that was loaded."""
+    page.run(FOLDS)
+    page.seen = app.base
+
+
+def seen_again(page: Browser, app: Served, job: dict[str, Any]) -> bool:
+    """Lead a page that was only looked at back to its first step; say whether it is there, with this job."""
+    if page.seen != app.base or app.ask("/api/project").json["job"] != job:
+        return False
+    page.run(AT_FIRST)
+    return True
 
 
 @contextlib.contextmanager

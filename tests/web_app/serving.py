@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import subprocess
 import sys
 import time
@@ -15,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.kept import kept
+from tests.read_once import FOLDER_VARIABLE, read_once
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,11 @@ class Answer:
     @property
     def json(self) -> Any:
         return json.loads(self.body)
+
+
+def pause(since: float) -> None:
+    """Wait before asking again: a tenth of the time that went already, for to ask takes time itself."""
+    time.sleep(min(max(0.03, 0.1 * (time.monotonic() - since)), 0.5))
 
 
 class _Stay(urllib.request.HTTPRedirectHandler):
@@ -65,12 +72,12 @@ class Served:
 
     def ended(self, run: str, most_s: float = 240.0) -> dict[str, Any]:
         """Wait for the end of a run."""
-        until = time.monotonic() + most_s
-        while time.monotonic() < until:
+        begun = time.monotonic()
+        while time.monotonic() < begun + most_s:
             told: dict[str, Any] = self.ask(f"/api/runs/{run}").json
             if told["state"] in ("done", "failed", "cancelled"):
                 return told
-            time.sleep(0.05)
+            pause(begun)
         raise AssertionError(f"run {run} does not end: {told}")
 
 
@@ -80,7 +87,10 @@ def _lower(headers: Any) -> dict[str, str]:
 
 @contextlib.contextmanager
 def served(project: Path, *options: str) -> Iterator[Served]:
-    """Start the app and end it with SIGTERM, as a service manager would."""
+    """Start the app and end it with SIGTERM, as a service manager would.
+
+    What it reads is kept for its runs and for the apps of other tests, as it is for a user's next run.
+    """
     command = [
         sys.executable,
         "-m",
@@ -91,7 +101,8 @@ def served(project: Path, *options: str) -> Iterator[Served]:
         str(project),
         *options,
     ]
-    with kept(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    reading = read_once() if FOLDER_VARIABLE in os.environ else contextlib.nullcontext()
+    with reading, kept(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         assert process.stderr is not None
         line = process.stdout.readline()

@@ -355,6 +355,7 @@ def test_it_is_worked_by_keys_alone(page: Browser) -> None:
     assert unnamed == []
 
 
+@pytest.mark.looks
 def test_nothing_is_wider_than_the_window(page: Browser) -> None:
     try:
         for width in (1440, 1024, 768, 390):
@@ -470,6 +471,7 @@ def test_an_index_test_separates_crank_and_tooling(page: Browser) -> None:
     until(page, "return document.querySelector('[data-testid=index-found]').textContent.includes('20.00')")
 
 
+@pytest.mark.looks
 def test_views_are_at_a_press(page: Browser) -> None:
     away = (
         "const view = document.getElementById('model').view;"

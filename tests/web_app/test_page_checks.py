@@ -58,6 +58,7 @@ def settled(page: Browser) -> Any:
 
 
 @pytest.mark.parametrize("step", STEPS)
+@pytest.mark.looks
 def test_nothing_moves_as_fields_have_the_focus(page: Browser, step: str) -> None:
     page.click_on(at(f"tab-{step}"))
     page.run("for (const each of document.querySelectorAll('#panels details')) each.open = true")
@@ -114,6 +115,7 @@ def test_the_first_click_after_typing_acts(page: Browser, project: Served, step:
 
 
 @pytest.mark.parametrize("step", [*STEPS, "history"])
+@pytest.mark.looks
 def test_no_key_or_folder_stands_in_place_of_words(page: Browser, step: str) -> None:
     page.click_on(at(f"tab-{step}"))
     page.run("for (const each of document.querySelectorAll('#panels details')) each.open = true")
@@ -203,6 +205,7 @@ def test_the_crank_fills_the_view_whatever_was_shown_before(page: Browser) -> No
     assert all(0.6 <= share <= 0.95 for share in shares), shares
 
 
+@pytest.mark.looks
 def test_an_angle_read_in_the_rear_view_is_the_tables(page: Browser, project: Served) -> None:
     report = latest(project, "balance")["report"]
     page.click_on(at("tab-see"))
@@ -216,6 +219,7 @@ def test_an_angle_read_in_the_rear_view_is_the_tables(page: Browser, project: Se
         assert seen == pytest.approx(cut["angle_deg"] % 360, abs=0.05)
 
 
+@pytest.mark.looks
 def test_a_button_is_not_broken_inside_a_word(page: Browser) -> None:
     page.click_on(at("tab-correct"))
     try:
@@ -270,6 +274,7 @@ return boxes.flatMap(([one, a], k) => boxes.slice(k + 1)
 
 
 @pytest.mark.parametrize("view", [1, 2, 3, 4])
+@pytest.mark.looks
 def test_no_number_or_label_of_the_model_lies_over_another(page: Browser, view: int) -> None:
     """Two holes of the small crank stand one behind the other in the end views."""
     page.click_on(at("tab-see"))

@@ -209,6 +209,7 @@ return [words.textContent, width === innerWidth && height === innerHeight];
 """
 
 
+@pytest.mark.looks
 def test_a_file_may_be_dropped_on_every_step(page: Browser) -> None:
     wanted = ["Drop to open as a new crank", True]
     for step in ("open", "parts", "correct", "see", "machine", "analyse", "history"):
@@ -276,6 +277,7 @@ def test_a_crank_that_is_far_too_heavy_or_light_raises_a_question(
         assert page.run("return document.querySelector('[data-testid=unit-strange]') !== null")
 
 
+@pytest.mark.looks
 def test_the_share_of_the_facets_is_all_of_the_uncertainty_on_page_and_report(
     page: Browser, project: Served
 ) -> None:
@@ -294,6 +296,7 @@ def test_the_share_of_the_facets_is_all_of_the_uncertainty_on_page_and_report(
     assert [*map(float, said.groups())] == pytest.approx([together, shares["facets"]], abs=0.00501)
 
 
+@pytest.mark.looks
 def test_the_start_has_examples_with_pictures_and_leads_back_to_where_one_was(
     page: Browser, project: Served
 ) -> None:

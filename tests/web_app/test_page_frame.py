@@ -68,6 +68,7 @@ MEASURED = (
 
 
 @pytest.mark.parametrize("width", [1440, 1280, 1024, 390])
+@pytest.mark.looks
 def test_each_step_has_a_state_line_with_one_main_button(page: Browser, width: int) -> None:
     page.resize(width, 900)
     try:
@@ -118,6 +119,7 @@ ARROW_PX = 16.0
 """Width of a choice's arrow."""
 
 
+@pytest.mark.looks
 def test_units_and_both_planes_are_whole_on_a_small_laptop(page: Browser) -> None:
     page.resize(1024, 900)
     try:
@@ -132,6 +134,7 @@ def test_units_and_both_planes_are_whole_on_a_small_laptop(page: Browser) -> Non
         page.resize(1400, 900)
 
 
+@pytest.mark.looks
 def test_instruments_and_help_are_in_sight_on_a_phone(page: Browser) -> None:
     page.resize(390, 844)
     try:
@@ -161,6 +164,7 @@ def test_instruments_and_help_are_in_sight_on_a_phone(page: Browser) -> None:
         page.resize(1400, 900)
 
 
+@pytest.mark.looks
 def test_targets_are_as_large_as_a_finger_on_a_phone(page: Browser) -> None:
     page.resize(390, 844)
     try:
@@ -188,6 +192,7 @@ def test_the_steps_say_how_far_each_is(page: Browser, project: Served) -> None:
     assert page.run("return document.querySelector('.line button.main').textContent") == "Cut again"
 
 
+@pytest.mark.looks
 def test_journals_and_crankpins_have_their_colours_at_first_sight(page: Browser) -> None:
     assert {"journal", "pin", "weight"} <= set(page.run(COLOURS))
     found = page.run(WEIGHTS)
@@ -195,6 +200,7 @@ def test_journals_and_crankpins_have_their_colours_at_first_sight(page: Browser)
     assert max(found) > 50.0
 
 
+@pytest.mark.looks
 def test_a_wheel_has_its_zero_and_a_measure_the_places_that_were_clicked(
     page: Browser, project: Served
 ) -> None:
@@ -231,6 +237,7 @@ def test_a_wheel_has_its_zero_and_a_measure_the_places_that_were_clicked(
     page.click_on(at("tool-degrees"))
 
 
+@pytest.mark.looks
 def test_a_bar_is_there_only_while_something_runs(page: Browser) -> None:
     page.click_on(at("tab-correct"))
     assert page.run("return document.getElementById('progress').hidden")

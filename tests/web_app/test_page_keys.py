@@ -42,6 +42,7 @@ document.addEventListener("click", (event) => {
 """
 
 
+@pytest.mark.looks
 def test_every_key_of_the_list_works_but_not_while_one_types(page: Browser) -> None:
     page.run("document.activeElement.blur()")
     for key, tab in STEPS.items():
@@ -90,6 +91,7 @@ def test_keys_of_a_result_lead_to_its_webs_its_cuts_its_sheet_and_the_big_digits
     page.run("[...document.querySelectorAll('#big-digits button')].pop().click()")
 
 
+@pytest.mark.looks
 def test_arrows_and_signs_turn_and_zoom_the_model_and_tab_goes_through_its_cuts(page: Browser) -> None:
     page.click_on(at("tab-see"))
     until(page, "return document.querySelectorAll('.handle').length > 1")
@@ -109,6 +111,7 @@ def test_arrows_and_signs_turn_and_zoom_the_model_and_tab_goes_through_its_cuts(
     assert page.run(FOCUSED) == "2"
 
 
+@pytest.mark.looks
 def test_the_list_of_keys_names_each_and_leads_to_the_documentation(page: Browser) -> None:
     page.run("document.activeElement.blur()")
     page.run("document.querySelector('meta[name=autobalance-docs]').content = 'https://docs.test/app.md'")
@@ -153,6 +156,7 @@ def test_in_a_table_enter_goes_down_and_pasted_numbers_fill_down(page: Browser, 
     assert page.run(f"return {fields}.map(each => each.value)") == ["401.5", "21", "11"]
 
 
+@pytest.mark.looks
 def test_a_run_is_listed_with_its_crank(page: Browser) -> None:
     page.click_on(at("tab-correct"))
     page.run(

@@ -57,6 +57,7 @@ def tags(page: Browser, kind: str) -> list[dict[str, Any]]:
     return found
 
 
+@pytest.mark.looks
 def test_a_face_of_the_cube_shows_the_crank_from_there(page: Browser) -> None:
     until(page, READY)
     for face, out in OUT.items():
@@ -67,6 +68,7 @@ def test_a_face_of_the_cube_shows_the_crank_from_there(page: Browser) -> None:
         until(page, f"return (() => {{ {FACES} }})().join() === arguments[0]", face, most_s=10.0)
 
 
+@pytest.mark.looks
 def test_ends_without_keyway_and_flange_have_the_names_of_the_axis(page: Browser) -> None:
     until(page, READY)
     for face, words in (("Front", "\u2212z"), ("Rear", "+z")):
@@ -77,6 +79,7 @@ def test_ends_without_keyway_and_flange_have_the_names_of_the_axis(page: Browser
         )
 
 
+@pytest.mark.looks
 def test_parts_are_named_where_they_are_and_names_never_touch(page: Browser, project: Served) -> None:
     until(page, READY)
     named = tags(page, "part")
@@ -111,6 +114,7 @@ def over(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
     return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
 
 
+@pytest.mark.looks
 def test_planes_and_their_heavy_sides_stand_in_the_model(page: Browser, project: Served) -> None:
     until(page, READY)
     page.click_on(at("tab-parts"))
@@ -134,6 +138,7 @@ def test_planes_and_their_heavy_sides_stand_in_the_model(page: Browser, project:
     assert [each["words"] for each in tags(page, "plane")] == [each["name"] for each in planes]
 
 
+@pytest.mark.looks
 def test_what_was_dragged_stands_in_the_panel_and_covers_no_model(page: Browser) -> None:
     page.click_on(at("tab-see"))
     until(page, "return document.querySelectorAll('.handle').length > 1")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 
+import pytest
 from pypdf import PdfReader
 
 from tests.report.browser import Browser
@@ -26,6 +27,7 @@ def printed(page: Browser) -> list[str]:
     return [each.extract_text() for each in PdfReader(io.BytesIO(data)).pages]
 
 
+@pytest.mark.looks
 def test_the_page_prints_panel_and_model_without_tools(page: Browser) -> None:
     page.click_on(at("tab-see"))
     until(page, "return document.querySelectorAll('#cuts tr.turns').length === 2")
@@ -40,6 +42,7 @@ def test_the_page_prints_panel_and_model_without_tools(page: Browser) -> None:
     assert 0.05 < page.run(COPIED) < 0.95  # the crank, on paper's white
 
 
+@pytest.mark.looks
 def test_a_paper_opens_as_a_pdf_to_be_printed(page: Browser) -> None:
     page.click_on(at("tab-see"))
     until(page, "return document.querySelectorAll('[data-print]').length === 3")

@@ -230,6 +230,7 @@ def test_numbers_of_a_cut_are_typed_as_its_slider_moves_it(
     until(page, "return document.getElementById('dragged').hidden")
 
 
+@pytest.mark.looks
 def test_the_list_of_cuts_says_where_and_turns_the_view_to_each(page: Browser, project: Served) -> None:
     made = with_design_radii(BalancedReport.read(latest(project, "balance")["report"])).corrections
     where = (
@@ -254,6 +255,7 @@ def test_the_list_of_cuts_says_where_and_turns_the_view_to_each(page: Browser, p
         assert selected == "true"
 
 
+@pytest.mark.looks
 def test_a_section_cuts_away_what_is_beyond_its_plane(page: Browser) -> None:
     page.click_on(at("tab-see"))
     page.click_on(at("tool-section"))
@@ -419,6 +421,7 @@ import("/static/coarse.js").then(({ coarsened }) => {
 """
 
 
+@pytest.mark.looks
 def test_a_view_that_is_drawn_slowly_turns_as_a_coarse_copy(page: Browser) -> None:
     """Under software rendering every view is: the whole comes back when it rests."""
     before, after, area, same = page.call("POST", "/execute/async", {"script": SHEET, "args": []})
@@ -456,6 +459,7 @@ def test_the_view_in_a_notebook_draws_without_the_app(window: Browser, tmp_path:
     )
 
 
+@pytest.mark.looks
 def test_cuts_stand_by_set_up_and_web_and_each_web_is_drawn_as_on_the_sheet(
     page: Browser, project: Served
 ) -> None:

@@ -142,6 +142,7 @@ def test_two_tabs_keep_what_both_typed(page: Browser, project: Served) -> None:
     assert all("409" in each["message"] for each in page.log("browser"))
 
 
+@pytest.mark.looks
 def test_nothing_moves_when_a_field_has_the_focus(page: Browser) -> None:
     page.click_on(at("tab-parts"))
     page.run("for (const each of document.querySelectorAll('#panel-parts details')) each.open = true")
@@ -195,6 +196,7 @@ def test_a_reading_waits_for_its_numbers_and_is_there_again(page: Browser, proje
         assert foot > 0.0
 
 
+@pytest.mark.looks
 def test_a_hole_has_one_angle_and_its_entry_radius(page: Browser, project: Served) -> None:
     page.click_on(at("tab-see"))
     report = latest(project, "balance")["report"]
