@@ -118,20 +118,22 @@ def story(page: Browser, app: Served) -> None:
     assert text_of(page, "error") == ""
 
 
-def test_a_v8_is_built_without_a_file_but_the_crank(window: Browser, app: Served, tmp_path: Path) -> None:
+def dropped(page: Browser, crank: Path) -> None:
+    """Drop a crank's file, which opens at once, and say that its unit is right."""
+    found = page.call("POST", "/element", {"using": "css selector", "value": at("file-input")})
+    page.call("POST", f"/element/{next(iter(found.values()))}/value", {"text": str(crank)})
+    until(page, "return document.getElementById('crank-name').textContent === arguments[0]", crank.stem)
+    until(page, READY)
+    page.click_on(at("unit-yes"))
+    assert page.run("return document.querySelectorAll('[data-kind=throw]').length") == 4
+
+
+def test_a_v8_is_built_on_a_phone_without_a_file_but_the_crank(
+    window: Browser, app: Served, tmp_path: Path
+) -> None:
+    """From a drawn crank, and on from its file; that a drawn one has its certificate, a story counts."""
     crank = tmp_path / "my v8.stl"
     crank.write_bytes(ab.generate("v8-crossplane", segments=24, settings={RADIUS: RADIUS_MM}).data)
-    page = load(window, app)
-    with nothing_wrong(page, app):
-        found = page.call("POST", "/element", {"using": "css selector", "value": at("file-input")})
-        page.call("POST", f"/element/{next(iter(found.values()))}/value", {"text": str(crank)})
-        until(page, READY)  # a drop opens at once
-        page.click_on(at("unit-yes"))
-        assert page.run("return document.querySelectorAll('[data-kind=throw]').length") == 4
-        story(page, app)
-
-
-def test_a_v8_is_built_on_a_phone_from_nothing(window: Browser, app: Served) -> None:
     window.resize(390, 844)
     app.ask("/api/job", {}, "PUT")
     page = load(window, app)
@@ -142,6 +144,8 @@ def test_a_v8_is_built_on_a_phone_from_nothing(window: Browser, app: Served) -> 
             page.click_on(at("draw-preset"))
             until(page, READY)
             assert f"radius of {RADIUS_MM} mm for bob-weights up to 2100 g" in text_of(page, "drawn")
+            assert 200 < page.run("return document.getElementById('model').clientHeight") <= 250
+            dropped(page, crank)
             assert 200 < page.run("return document.getElementById('model').clientHeight") <= 250
             story(page, app)
             page.click_on(at("tab-see"))
