@@ -66,3 +66,12 @@ def page(request: pytest.FixtureRequest, project: Served, window: Browser) -> It
             seen(window, project)
     with nothing_wrong(window, project):
         yield window
+
+
+@pytest.fixture
+def unopened(project: Served, window: Browser) -> Iterator[Browser]:
+    """As ``page``, not loaded yet: for tests that load it once they have changed something."""
+    project.ask("/api/job", small.DRILLED, "PUT")
+    window.resize(*SIZE)
+    with nothing_wrong(window, project):
+        yield window

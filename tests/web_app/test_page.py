@@ -50,7 +50,7 @@ def test_it_goes_on_where_the_project_was_left(page: Browser, project: Served) -
 
 
 def test_it_shows_the_crank_of_its_job_though_another_was_opened_since(
-    page: Browser, project: Served
+    unopened: Browser, project: Served
 ) -> None:
     other = "other.stl"
     data = (project.project / small.NAME).read_bytes()
@@ -58,7 +58,7 @@ def test_it_shows_the_crank_of_its_job_though_another_was_opened_since(
     table = {**small.DRILLED["crankshaft"], "file": other}
     small.ran(project, "inspect", {**small.DRILLED, "crankshaft": table})
     project.ask("/api/job", small.DRILLED, "PUT")
-    load(page, project)
+    page = load(unopened, project)
     assert page.run("return Boolean(document.getElementById('model').view.rays)")
 
 
@@ -136,10 +136,10 @@ def test_a_part_that_is_entered_twice_counts_twice(page: Browser) -> None:
     )
 
 
-def test_parts_that_nobody_weighed_yet_are_named(page: Browser, project: Served) -> None:
+def test_parts_that_nobody_weighed_yet_are_named(unopened: Browser, project: Served) -> None:
     job = {**small.DRILLED, "engine": {}}
     project.ask("/api/job", job, "PUT")
-    load(page, project)
+    page = load(unopened, project)
     names = page.run(
         "return [...document.querySelectorAll('[data-testid=weight-name]')].map(each => each.value)"
     )
@@ -419,9 +419,9 @@ def test_a_reload_comes_back_to_the_same_tab(page: Browser) -> None:
     assert page.run("return !document.getElementById('panel-machine').hidden")
 
 
-def test_a_run_is_deleted_with_its_files(page: Browser, project: Served) -> None:
+def test_a_run_is_deleted_with_its_files(unopened: Browser, project: Served) -> None:
     run = small.ran(project, "balance", small.DRILLED)
-    load(page, project)
+    page = load(unopened, project)
     page.click_on(at("tab-correct"))
     assert (project.project / "runs" / run).is_dir()
     page.run(f"document.querySelector('[data-run=\"{run}\"] [aria-label^=Delete]').click()")

@@ -238,26 +238,6 @@ def test_what_is_dropped_on_any_step_is_opened(window: Browser, app: Served, tmp
         assert page.run(TARGET) is None
 
 
-@pytest.mark.parametrize(
-    ("language", "says"),
-    [
-        ("de", r"Kurbelwellen: stl, .*, step.*\. Aufträge: toml, xlsx\. Ergebnisse: ihr Ordner\."),
-        ("es", r"Cigüeñales: stl, .*, step.*\. Trabajos: toml, xlsx\. Resultados: su carpeta\."),
-    ],
-)
-def test_formats_are_said_in_the_readers_language(
-    window: Browser, project: Served, language: str, says: str
-) -> None:
-    page = load(window, project)
-    try:
-        page.run("localStorage.setItem('autobalance-language', arguments[0])", language)
-        load(page, project)
-        words = page.run("return document.getElementById('formats').textContent")
-        assert re.fullmatch(says, words), words
-    finally:
-        page.run("localStorage.removeItem('autobalance-language')")
-
-
 def test_a_crank_that_is_far_too_heavy_or_light_raises_a_question(
     window: Browser, app: Served, tmp_path: Path
 ) -> None:

@@ -1,6 +1,7 @@
 """The frame about every step: one state line with one main button, and nothing cut off at any width."""
 
 import math
+import re
 from typing import Any
 
 import pytest
@@ -89,20 +90,30 @@ return [name.width, step.left - name.right, help.width, help.height, innerWidth 
 """
 
 
-@pytest.mark.parametrize("language", ["en", "de", "es"])
-def test_the_head_has_room_for_the_cranks_name_in_every_language(
-    page: Browser, project: Served, language: str
+FORMATS = {
+    "en": "",
+    "de": r"Kurbelwellen: stl, .*, step.*\. Aufträge: toml, xlsx\. Ergebnisse: ihr Ordner\.",
+    "es": r"Cigüeñales: stl, .*, step.*\. Trabajos: toml, xlsx\. Resultados: su carpeta\.",
+}
+
+
+def test_in_every_language_the_head_has_room_for_the_cranks_name_and_formats_are_said(
+    page: Browser, project: Served
 ) -> None:
     page.resize(1024, 900)
-    page.run("localStorage.setItem('autobalance-language', arguments[0])", language)
     try:
-        load(page, project)
-        assert page.run(CUT_OFF) == [0, [], 0, []]
-        name, apart, width, height, edge = page.run(HEAD)
-        assert name >= 96.0
-        assert apart >= 0.0
-        assert min(width, height) >= 28.0
-        assert edge >= 0.0
+        for language, says in FORMATS.items():
+            page.run("localStorage.setItem('autobalance-language', arguments[0])", language)
+            load(page, project)
+            assert page.run("return document.documentElement.lang") == language
+            assert page.run(CUT_OFF) == [0, [], 0, []]
+            name, apart, width, height, edge = page.run(HEAD)
+            assert name >= 96.0
+            assert apart >= 0.0
+            assert min(width, height) >= 28.0
+            assert edge >= 0.0
+            words = page.run("return document.getElementById('formats').textContent")
+            assert re.fullmatch(says or ".+", words), words
     finally:
         page.run("localStorage.removeItem('autobalance-language')")
         page.resize(1400, 900)

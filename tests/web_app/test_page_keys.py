@@ -140,11 +140,11 @@ field.dispatchEvent(new ClipboardEvent("paste", { clipboardData, bubbles: true, 
 """
 
 
-def test_in_a_table_enter_goes_down_and_pasted_numbers_fill_down(page: Browser, project: Served) -> None:
+def test_in_a_table_enter_goes_down_and_pasted_numbers_fill_down(unopened: Browser, project: Served) -> None:
     rods = {"rod": 400.0, "bearing": 20.0, "shells": 11.0}
     engine = {**small.DRILLED["engine"], "rotating_g": rods}
     project.ask("/api/job", {**small.DRILLED, "engine": engine}, "PUT")
-    load(page, project)
+    page = load(unopened, project)
     page.click_on(at("tab-parts"))
     fields = "[...document.querySelectorAll('[data-group=rotating_g] [data-testid=weight-g]')]"
     page.run(f"{fields}[0].focus()")

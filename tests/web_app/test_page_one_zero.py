@@ -15,7 +15,7 @@ from pypdf import PdfReader
 import autobalance as ab
 from tests.report.browser import Browser
 from tests.web_app import small
-from tests.web_app.page import BROWSER, at, load, nothing_wrong, put, until
+from tests.web_app.page import BROWSER, at, load, nothing_wrong, put, seen, seen_again, until
 from tests.web_app.serving import Served
 
 pytestmark = BROWSER
@@ -61,7 +61,10 @@ def keyed(tmp_path_factory: pytest.TempPathFactory, app: Served) -> Served:
 
 @pytest.fixture
 def shown(window: Browser, keyed: Served) -> Iterator[Browser]:
-    load(window, keyed)
+    if not seen_again(window, keyed, JOB):
+        window.resize(1400, 900)
+        load(window, keyed)
+        seen(window, keyed)
     with nothing_wrong(window, keyed):
         yield window
 
@@ -133,6 +136,7 @@ def test_a_hole_has_the_same_angle_on_the_page_and_on_every_paper(shown: Browser
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_big_digits_have_the_zero_in_words_and_are_read_from_afar(shown: Browser, scheme: str) -> None:
+    shown.seen = ""  # the screen goes on where it was left
     until(shown, "return document.querySelectorAll('.handle').length > 0")
     shown.click_on(at("tab-machine"))
     put(shown, g_mm_1=150, angle_1=200, g_mm_2=150, angle_2=20)
@@ -169,6 +173,7 @@ def test_a_reading_has_the_angle_that_was_typed_on_the_certificate(shown: Browse
     if shown.run(f"return {doubted}"):
         shown.click_on(at("trust"))
     until(shown, f"return {rows}")
+    shown.seen = ""  # but for a result that is deleted below
     run = [each for each in keyed.ask("/api/runs").json["runs"] if each["verb"] == "recut"][-1]
     try:
         report = keyed.ask(f"/api/runs/{run['id']}/report").json

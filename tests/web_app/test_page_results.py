@@ -4,6 +4,7 @@ import base64
 import json
 import math
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,21 @@ from autobalance.report.balance.zero import with_design_radii
 from autobalance.report.records.balanced import BalancedReport
 from tests.report.browser import Browser
 from tests.web_app import small
-from tests.web_app.page import BROWSER, at, job_text, latest, load, numbers, predicted, put, text_of, until
+from tests.web_app.page import (
+    BROWSER,
+    at,
+    job_text,
+    latest,
+    load,
+    nothing_wrong,
+    numbers,
+    predicted,
+    put,
+    seen,
+    seen_again,
+    text_of,
+    until,
+)
 from tests.web_app.serving import Served
 
 pytestmark = BROWSER
@@ -284,12 +299,28 @@ def test_a_section_cuts_away_what_is_beyond_its_plane(page: Browser) -> None:
 
 CYCLE = {"bore_mm": 76.8, "compression_ratio": 13.0, "heat_J": 600.0, "firing_order": [1]}
 STRENGTH = {"pin_fillet_mm": 2.0, "material": {"tensile_MPa": 900.0}}
+CRANK = {**small.DRILLED["crankshaft"], "density_pm_kg_m3": 20.0}
+ANALYSED = {**small.DRILLED, "crankshaft": CRANK, "cycle": CYCLE, "strength": STRENGTH}
+
+
+@pytest.fixture
+def analysed(window: Browser, project: Served) -> Iterator[Browser]:
+    """The page with a job that has all that analyses need, loaded once for all of them."""
+    if not seen_again(window, project, ANALYSED):
+        project.ask("/api/job", small.DRILLED, "PUT")
+        window.resize(1400, 900)
+        load(window, project)
+        project.ask("/api/job", ANALYSED, "PUT")
+        window.run("window.dispatchEvent(new Event('focus'))")  # the job was changed elsewhere
+        job_text(window, "bore_mm = 76.8")
+        seen(window, project)
+    with nothing_wrong(window, project):
+        yield window
 
 
 @pytest.mark.parametrize(
     ("verb", "some"),
     [
-        ("forces", {"orders", "force-polar"}),
         ("cycle", {"pressure-over-angle", "torque-orders"}),
         ("torsion", {"torsion-modes"}),
         ("strength", {"fillet-stress", "crankpin-safety"}),
@@ -298,16 +329,13 @@ STRENGTH = {"pin_fillet_mm": 2.0, "material": {"tensile_MPa": 900.0}}
         ("parts", set()),
         ("factor", set()),
         ("grade", set()),
+        ("forces", {"orders", "force-polar"}),  # last, for it changes the job
     ],
 )
 def test_analyses_of_the_job_are_computed_and_drawn(
-    page: Browser, project: Served, verb: str, some: set[str]
+    analysed: Browser, project: Served, verb: str, some: set[str]
 ) -> None:
-    crank = {**small.DRILLED["crankshaft"], "density_pm_kg_m3": 20.0}
-    tables = {"crankshaft": crank, "cycle": CYCLE, "strength": STRENGTH}
-    project.ask("/api/job", {**small.DRILLED, **tables}, "PUT")
-    page.run("window.dispatchEvent(new Event('focus'))")  # the job was changed elsewhere
-    job_text(page, "bore_mm = 76.8")
+    page = analysed
     page.click_on(at("tab-analyse"))
     page.click_on(at(f"question-{verb}"))
     assert page.run("return document.querySelectorAll('[data-testid=missing] input').length") == 0
@@ -343,13 +371,13 @@ def test_analyses_of_the_job_are_computed_and_drawn(
         until(page, f"return {card}.dataset.is === 'old'", most_s=20.0)
 
 
-def test_a_question_asks_only_for_what_is_missing(page: Browser, project: Served) -> None:
+def test_a_question_asks_only_for_what_is_missing(unopened: Browser, project: Served) -> None:
     for told in project.ask("/api/runs").json["runs"]:
         if told["verb"] not in ("inspect", "balance"):  # answers of tests before
             assert project.ask(f"/api/runs/{told['id']}", method="DELETE").status == 200
     engine = {key: value for key, value in small.DRILLED["engine"].items() if key != "rod_length_mm"}
     project.ask("/api/job", {**small.DRILLED, "engine": engine}, "PUT")
-    load(page, project)
+    page = load(unopened, project)
     page.click_on(at("tab-analyse"))
     says = "return document.querySelector('[data-testid=question-{}] .says').textContent"
     assert page.run(says.format("shafts")).lower() == "needs: rod length"
