@@ -6,6 +6,7 @@ import itertools
 import math
 from dataclasses import replace
 from itertools import pairwise
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -387,11 +388,18 @@ def _beside(anatomy: Anatomy, z_mm: float) -> tuple[Web, Web]:
 # The oil in a job's crank, by throw: what counts in its bob-weights, and what no bob-weight stands for.
 
 
+_ROOMS: WeakKeyDictionary[Anatomy, tuple[Solid, tuple[OilRoom, ...]]] = WeakKeyDictionary()
+"""Rooms of cranks in use: loads, weights and tables ask for them in turn, and they take long to find."""
+
+
 def rooms_of(crank: Crank) -> tuple[OilRoom, ...]:
     """Return the oil volumes in a crank, its crankpins put in if they are not in the file."""
-    return oil_rooms(
-        with_crankpins(crank.source.solid.moved(crank.anatomy.file_to_rotor), crank), crank.anatomy
-    )
+    solid, anatomy = crank.source.solid, crank.anatomy
+    known = _ROOMS.get(anatomy)
+    if known is None or known[0] is not solid:
+        whole = with_crankpins(solid.moved(anatomy.file_to_rotor), crank)
+        known = _ROOMS[anatomy] = solid, oil_rooms(whole, anatomy)
+    return known[1]
 
 
 def with_oil(job: Job, crank: Crank) -> Job:
