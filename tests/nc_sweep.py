@@ -152,6 +152,18 @@ def sweep(
     tools = {tool["number"]: tool for tool in machine["tool"]}
     found = Swept(start)
     feeds: list[m3.Manifold] = []
+    level: dict[tuple[int, float, float], list[m3.CrossSection]] = {}
+
+    def flush() -> None:
+        """Take off what was fed through; moves at one height are joined in their plane, which is quick."""
+        for (number, z, angle), areas in level.items():
+            layer = m3.CrossSection.batch_boolean(areas, m3.OpType.Add).extrude(tools[number]["flute_mm"])
+            feeds.append(layer.translate((0.0, 0.0, z)).transform(pose(name, zero, rotary["sign"], angle)))
+        if feeds:
+            found.solid = found.solid - m3.Manifold.batch_boolean(feeds, m3.OpType.Add)
+        feeds.clear()
+        level.clear()
+
     for kind, number, begin, end, in_hole in read(text, rotary["letter"]):
         tool = tools[number]
         if name == "L":
@@ -164,22 +176,24 @@ def sweep(
                 feeds.append(ring(begin[2], begin[2] + tool["flute_mm"], z - radius, z + radius))
             continue
         place = pose(name, zero, rotary["sign"], end[3])
+        if kind == "feed" and begin[2] == end[2] and tool["kind"] == "end_mill":
+            disc = m3.CrossSection.circle(0.5 * tool["diameter_mm"] * EQUAL, SIDES)
+            moved = [disc.translate(tuple(each[:2])) for each in (begin, end)]
+            level.setdefault((number, end[2], end[3]), []).append(m3.CrossSection.batch_hull(moved))
+            continue
         if kind == "feed":
             shape = cutter(tool)
             ends = [shape.translate(tuple(each[:3])) for each in (begin, end)]
             feeds.append(m3.Manifold.batch_hull(ends).transform(place))
             continue
-        if feeds:
-            found.solid = found.solid - m3.Manifold.batch_boolean(feeds, m3.OpType.Add)
-            feeds = []
+        flush()
         if not rapids or np.isnan(begin).any() or np.isnan(end).any() or in_hole:
             continue
         for part in body(tool):
             ends = [part.translate(tuple(each[:3])) for each in (begin, end)]
             gap = m3.Manifold.batch_hull(ends).transform(place).min_gap(found.solid, 2.0 * clearance_mm)
             found.least_gap_mm = min(found.least_gap_mm, gap)
-    if feeds:
-        found.solid = found.solid - m3.Manifold.batch_boolean(feeds, m3.OpType.Add)
+    flush()
     return found
 
 
