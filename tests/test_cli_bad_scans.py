@@ -75,7 +75,7 @@ def _stand(points: Array) -> Array:
 def _on_a_stand(folder: Path) -> Path:
     crank = _crank().mesh
     box = np.array([[-32.0, -32.0, -2.0], [32.0, 32.0, 22.0]])
-    vertices, triangles = meshed(_stand, box, EDGE_MM, np.eye(3), 1)
+    vertices, triangles = meshed(_stand, box, 2.0 * EDGE_MM, np.eye(3), 1)
     both = Mesh(
         np.concatenate([crank.vertices, vertices + np.array([0.0, 0.0, 400.0])]),
         np.concatenate([crank.triangles, triangles + len(crank.vertices)]),

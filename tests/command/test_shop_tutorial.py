@@ -12,6 +12,7 @@ import pytest
 from autobalance.command.main import main
 from tests import jobs
 
+pytestmark = pytest.mark.usefixtures("cranks_read_once")
 PAGE = jobs.ROOT / "docs" / "shop.md"
 BLOCK = re.compile(r"```(toml|console)\n(.*?)```", re.DOTALL)
 
