@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from itertools import pairwise
 from typing import Literal
 
@@ -412,7 +413,7 @@ class OddCrank:
 
             turned = Placed(self.shape, self.placement)
             return source_of_bytes(ExactSolid(turned).step(), "step", None)
-        mesh = _placed(tessellated(self.shape, self.segments).mesh, self.placement)
+        mesh = _placed(_facets(self.shape, self.segments), self.placement)
         soup = (mesh.corners / MM_PER[self.unit]).astype(np.float32)
         return source_of(soup, self.unit)
 
@@ -460,6 +461,12 @@ class OddCrank:
 def _in(frame: Array, point: Sequence[float] | Array) -> Array:
     moved: Array = frame[:3, :3] @ np.asarray(point) + frame[:3, 3]
     return moved
+
+
+@lru_cache(maxsize=32)
+def _facets(shape: Shape, segments: int) -> Mesh:
+    """Return the facets of a shape, which is looked at in several places."""
+    return tessellated(shape, segments).mesh
 
 
 def _placed(mesh: Mesh, placement: Array) -> Mesh:
