@@ -17,7 +17,6 @@ from autobalance.crank.faces import find_faces
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.declare import decoded
 from autobalance.drawn_cranks.design import PRESETS
-from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.report.balance.sections_text import scan_lines
 from autobalance.report.display_units import ON_SCREEN
 from autobalance.report.records.crank import Crank
@@ -27,6 +26,7 @@ from autobalance.solid.chordal_error.seeds import cuts_edges_off
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import Written
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
+from tests.generated import drawn
 from tests.scans import Wear, scan
 from tests.split_scans import split_scan
 
@@ -76,7 +76,7 @@ def test_a_scan_whose_edges_are_lines_of_it_lacks_nothing_there(sigma_mm: float)
     assert told.scanned.whole_edges
     assert abs(told.missing.mass_g) + told.mass_bar_g < 1.2
     assert told.unbalance_g_mm + told.unbalance_bar_g_mm < 25.0
-    round_one = crank_solid(PRESETS["single"], 720).moments(DENSITY, frame @ there.placement)
+    round_one = drawn(PRESETS["single"], 720).moments(DENSITY, frame @ there.placement)
     for true in (Solid.from_mesh(there.true).moments(DENSITY, frame), round_one):
         off = true - Solid.from_mesh(there.true).moments(DENSITY, frame) - told.missing
         assert abs(off.mass_g) < told.mass_bar_g
@@ -85,7 +85,7 @@ def test_a_scan_whose_edges_are_lines_of_it_lacks_nothing_there(sigma_mm: float)
 
 def test_a_drawn_mesh_cuts_no_edges_off() -> None:
     for name, segments in (("single", 256), ("inline-3", 24), ("v8-crossplane", 96)):
-        assert not cuts_edges_off(look_at(crank_solid(PRESETS[name], segments).mesh))
+        assert not cuts_edges_off(look_at(drawn(PRESETS[name], segments).mesh))
 
 
 def test_noise_and_skin_are_within_what_a_scan_leaves_uncertain() -> None:

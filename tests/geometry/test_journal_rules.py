@@ -263,7 +263,7 @@ def test_the_cylinders_of_a_generated_crank_are_those_recognised(name: str, weig
     if design.nose is not None:
         design = replace(design, nose=replace(design.nose, end_diameter_mm=None, keyway=None))
     true = crank_anatomy(design).cylinders
-    found = recognise(crank_solid(design, 64), Overrides(crankpin_in_file=None)).cylinders
+    found = recognise(crank_solid(design, 32), Overrides(crankpin_in_file=None)).cylinders
     rows, wanted = ([(*row_of(each), each.offset_mm) for each in some] for some in (found, true))
     assert np.array(sorted(rows)) == pytest.approx(np.array(sorted(wanted)), abs=0.01)
     told, roles = (

@@ -21,6 +21,7 @@ from autobalance.errors import RecognitionError
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh
+from tests.generated import drawn
 from tests.scans import decimated
 
 TWIN = replace(preset("parallel-twin-360"), fillet_mm=0.0)
@@ -28,14 +29,14 @@ TWIN = replace(preset("parallel-twin-360"), fillet_mm=0.0)
 
 def waved(design: Design, segments: int, sigma_mm: float, seed: int, left: float = 1.0) -> Solid:
     """A drawn crank, every corner moved by noise, of whose triangles a share is left."""
-    mesh = crank_solid(design, segments).mesh
+    mesh = drawn(design, segments).mesh
     noise = np.random.default_rng(seed).normal(0.0, sigma_mm, mesh.vertices.shape)
     moved = Mesh((mesh.vertices + noise).astype(np.float32).astype(np.float64), mesh.triangles)
     return Solid.from_mesh(moved if left == 1.0 else decimated(moved, int(left * len(moved.triangles))))
 
 
 def bent(design: Design, segments: int, aside_mm: float) -> Solid:
-    mesh = crank_solid(design, segments).mesh
+    mesh = drawn(design, segments).mesh
     z = mesh.vertices[:, 2]
     along = (z - z.min()) / np.ptp(z)
     shift = np.stack([4.0 * aside_mm * along * (1.0 - along), 0.0 * z, 0.0 * z], axis=1)
