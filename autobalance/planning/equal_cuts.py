@@ -309,10 +309,11 @@ class _CutSeries:
         if tree.count_neighbors(other, radius) > MOST_MET:
             return nothing
         met = tree.sparse_distance_matrix(other, radius, output_type="ndarray")
-        met = met[np.lexsort((met["j"], met["i"]))]  # as they are numbered, not as the tree holds them
-        head, tail = few[met["i"]], many[met["j"]]
-        rising = head[:, -1] < tail[:, 0]
-        return np.hstack([head[rising], tail[rising]])
+        head, tail = met["i"], met["j"]
+        rising = few[:, -1].take(head) < many[:, 0].take(tail)  # most do not: they need no sorting
+        head, tail = head[rising], tail[rising]
+        order = np.lexsort((tail, head))  # as they are numbered, not as the tree holds them
+        return np.hstack([few.take(head[order], axis=0), many.take(tail[order], axis=0)])
 
     def _keeps_rules(self, sets: Indices, depth_mm: float) -> NDArray[np.bool_]:
         good = np.ones(len(sets), dtype=bool)
