@@ -58,18 +58,30 @@ def half_film(ratio: Array, direction: Polar) -> Symmetric:
     >>> [round(float(each), 6) + 0.0 for each in J]
     [1.570796, 0.0, 1.570796]
     """
-    along, across = direction
+    return _half_film_at(ratio)(direction)
+
+
+def _half_film_at(ratio: Array) -> Callable[[Polar], Symmetric]:
+    """Return ``half_film`` at a ratio: what follows from that alone is computed once for all directions."""
     rest = (1.0 - ratio) * (1.0 + ratio)
     root = np.sqrt(rest)
-    square = along**2
-    gaps = 1.0 - ratio**2 * (1.0 - square)  # product of H at both ends of the half circle
-    both = ratio * root * along
-    span = np.pi + np.arctan2(2.0 * both, 1.0 - ratio**2 * (1.0 + square))  # of γ
-    double = both * (2.0 * (1.0 - square) - 2.0 + gaps) / gaps**2
-    rr = ((0.5 + ratio**2) * span + double + 4.0 * both / gaps) / (rest**2 * root)
-    rt = 2.0 * ratio * across**3 / gaps**2
-    tt = (0.5 * span - double) / (rest * root)
-    return rr, rt, tt
+    squared, doubled, rooted = ratio**2, 2.0 * ratio, ratio * root
+    radial, under_rr, under_tt = 0.5 + squared, rest**2 * root, rest * root
+
+    def half_film_of(direction: Polar) -> Symmetric:
+        along, across = direction
+        square = along**2
+        beside = 1.0 - square
+        gaps = 1.0 - squared * beside  # product of H at both ends of the half circle
+        both, gaps_squared = rooted * along, gaps**2
+        span = np.pi + np.arctan2(2.0 * both, 1.0 - squared * (1.0 + square))  # of γ
+        double = both * (2.0 * beside - 2.0 + gaps) / gaps_squared
+        rr = (radial * span + double + 4.0 * both / gaps) / under_rr
+        rt = doubled * across**3 / gaps_squared
+        tt = (0.5 * span - double) / under_tt
+        return rr, rt, tt
+
+    return half_film_of
 
 
 def squeeze_velocity(ratio: Array, force: Polar, guess: Polar | None = None) -> Polar:
@@ -97,16 +109,16 @@ def squeeze_velocity(ratio: Array, force: Polar, guess: Polar | None = None) -> 
     ratio = np.minimum(ratio, MAX_ECCENTRICITY_RATIO)
     radial, tangential = force
     velocity = _start(ratio, force) if guess is None else guess
+    half_film_of, size = _half_film_at(ratio), np.hypot(*velocity)
     for _ in range(NEWTON_STEPS):
-        size = np.hypot(*velocity)
         safe = np.where(size > 0.0, size, 1.0)
         along = np.where(size > 0.0, velocity[0] / safe, 1.0)
-        rr, rt, tt = half_film(ratio, (along, velocity[1] / safe))
+        rr, rt, tt = half_film_of((along, velocity[1] / safe))
         det = rr * tt - rt**2
         new = (tt * radial - rt * tangential) / det, (rr * tangential - rt * radial) / det
         change = np.hypot(new[0] - velocity[0], new[1] - velocity[1])
-        velocity = new
-        if (change <= CONVERGED_CHANGE * np.hypot(*new)).all():
+        velocity, size = new, np.hypot(*new)
+        if (change <= CONVERGED_CHANGE * size).all():
             break
     return velocity
 
