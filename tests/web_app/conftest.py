@@ -13,6 +13,8 @@ from tests.web_app.serving import Served, served
 
 SOFTWARE_PAGES = "--disable-gpu-compositing"
 """The emulated graphics card draws the 3D views alone and not the pages: a third less work."""
+STILL = "--force-prefers-reduced-motion"
+"""Nothing turns on the page that is opened first: sixty pictures a second take much of a processor."""
 
 
 SIZE = (1400, 900)
@@ -29,7 +31,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture(scope="session")
 def window(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with browser(tmp_path_factory.mktemp("profile"), 0.5, SOFTWARE_PAGES) as opened:
+    with browser(tmp_path_factory.mktemp("profile"), 0.5, SOFTWARE_PAGES, STILL) as opened:
         opened.resize(*SIZE)
         yield opened
 

@@ -42,7 +42,10 @@ def test_the_first_view_has_three_ways_in_and_a_unit_is_asked_for(
     with nothing_wrong(page, app):
         assert page.run(SEEN) == [1, 0, 3, 0]
         turns = "return getComputedStyle(document.querySelector('.first .turning')).animationName"
-        assert page.run(turns) == "turn"
+        for wanted, name in (("reduce", "none"), ("no-preference", "turn"), ("", "none")):
+            emulated = {"features": [{"name": "prefers-reduced-motion", "value": wanted}]}
+            page.call("POST", "/goog/cdp/execute", {"cmd": "Emulation.setEmulatedMedia", "params": emulated})
+            assert page.run(turns) == name
         picture = tmp_path / "picture.stl"
         picture.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(200))
         chosen(page, picture)
