@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from autobalance.wording import at as value_at
 from tests.report.browser import ELEMENT, Browser, missing
 from tests.web_app.serving import Served, pause
 
@@ -193,3 +194,14 @@ def latest(app: Served, verb: str) -> dict[str, Any]:
     """Return the latest run of a verb with its report."""
     told = [each for each in app.ask("/api/runs").json["runs"] if each["verb"] == verb][-1]
     return {**told, "report": app.ask(f"/api/runs/{told['id']}/report").json}
+
+
+def shows_the_report(page: Browser, app: Served) -> None:
+    """Hold the page to it: every number is the report's, to the last digit."""
+    report, shown = latest(app, "balance")["report"], numbers(page)
+    assert shown["residual.magnitude_g_mm"] == report["residual"]["magnitude_g_mm"]
+    of_run = {key: value for key, value in shown.items() if not key.startswith("faces.")}
+    assert len(of_run) > 20
+    assert [key for key in of_run if value_at(report, key) is None] == []
+    for key, value in of_run.items():
+        assert value == pytest.approx(value_at(report, key), rel=1e-15), key

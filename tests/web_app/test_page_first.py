@@ -157,14 +157,6 @@ def test_of_two_bodies_the_solid_is_shown_and_the_question_has_three_answers(
         assert page.run("return document.querySelector('[data-testid=bodies]')") is None
 
 
-def test_the_page_is_there_after_few_requests(window: Browser, tmp_path: Path) -> None:
-    with served(tmp_path / "project") as empty:
-        window.requests()
-        load(window, empty)
-        asked = window.requests()
-    assert len(asked) < 15, asked
-
-
 def test_the_page_of_a_project_with_a_result_is_there_after_few_requests(
     window: Browser, tmp_path: Path
 ) -> None:
@@ -302,9 +294,14 @@ def test_the_start_has_examples_with_pictures_and_leads_back_to_where_one_was(
     until(page, "return document.body.dataset.tab === 'history'", most_s=10.0)
 
 
-def test_the_v8_is_an_example_with_its_weights(window: Browser, tmp_path: Path) -> None:
+def test_the_empty_page_is_there_after_few_requests_with_the_v8_as_an_example_with_its_weights(
+    window: Browser, tmp_path: Path
+) -> None:
     with served(tmp_path / "project") as empty:
+        window.requests()
         page = load(window, empty)
+        asked = window.requests()
+        assert len(asked) < 15, asked
         page.click_on(at("example-v8"))
         until(page, READY)
         job = empty.ask("/api/project").json["job"]

@@ -7,7 +7,19 @@ from typing import Any
 
 from tests.report.browser import Browser
 from tests.web_app import small
-from tests.web_app.page import BROWSER, READY, at, chosen, latest, load, nothing_wrong, text_of, until
+from tests.web_app.page import (
+    BROWSER,
+    READY,
+    at,
+    chosen,
+    latest,
+    load,
+    nothing_wrong,
+    outcome,
+    shows_the_report,
+    text_of,
+    until,
+)
 from tests.web_app.serving import Served, served
 
 pytestmark = BROWSER
@@ -78,6 +90,8 @@ def test_the_example_becomes_a_shop_sheet_in_6_clicks_and_4_keys(window: Browser
         person.click(SHEET)
         assert given(page, app, SHEET).startswith(b"%PDF")
         assert page.run("return document.getElementById('verdict').dataset.tone") == "good"
+        assert outcome(page) == "within_tolerance"
+        shows_the_report(page, app)
         groups = "return [...document.querySelectorAll('#downloads p > small')].length"
         assert page.run(groups) == 4
         names = page.run(
