@@ -48,8 +48,8 @@ BACK = "document.getElementById('undo-dragged').click()"
 
 
 @pytest.fixture
-def cuts(page: Browser, project: Served) -> Iterator[list[dict[str, Any]]]:
-    """Open the tab with the result, and hand out its cuts; what is dragged goes back where it was."""
+def cuts(page: Browser, project: Served) -> list[dict[str, Any]]:
+    """Open the tab with the result, and return its cuts."""
     page.click_on(at("tab-see"))
     until(page, "return !document.getElementById('handles').hidden")
     until(
@@ -57,10 +57,8 @@ def cuts(page: Browser, project: Served) -> Iterator[list[dict[str, Any]]]:
     )
     page.run(TOGETHER)  # each cut on its own
     run = latest(project, "balance")["id"]
-    yield project.ask(f"/api/runs/{run}/model").json["cuts"]
-    if page.run("return document.querySelector('[data-testid=together]') !== null"):
-        page.run(f"if (!document.getElementById('dragged').hidden) {BACK}")
-        page.run(TOGETHER)
+    found: list[dict[str, Any]] = project.ask(f"/api/runs/{run}/model").json["cuts"]
+    return found
 
 
 def drag(page: Browser, cut: dict[str, Any], towards: str, by: float) -> None:
@@ -155,7 +153,6 @@ def shows_as_dragged(
     assert project.ask("/api/project").json["job"]["correction"] == small.DRILLED["correction"]
 
 
-@pytest.mark.looks
 def test_another_drill_of_the_shop_is_chosen_and_its_walls_are_said_to_be_unchecked(
     page: Browser, cuts: list[dict[str, Any]]
 ) -> None:
@@ -171,7 +168,6 @@ def test_another_drill_of_the_shop_is_chosen_and_its_walls_are_said_to_be_unchec
     assert page.run(walls) == 0
 
 
-@pytest.mark.looks
 def test_what_is_alike_in_both_webs_moves_at_once(page: Browser, cuts: list[dict[str, Any]]) -> None:
     page.run(TOGETHER)
     page.press(".handle[data-cut='1']", "\ue013\ue014")
@@ -186,7 +182,6 @@ def test_what_is_alike_in_both_webs_moves_at_once(page: Browser, cuts: list[dict
     assert dragged(page)["turns_deg"] == [2.0, 1.0]
 
 
-@pytest.mark.looks
 def test_a_handle_is_worked_by_keys_and_by_its_slider(page: Browser, cuts: list[dict[str, Any]]) -> None:
     up, right, escape = "\ue013", "\ue014", "\ue00c"
     page.press(".handle[data-cut='1']", up + up + right)
@@ -208,7 +203,6 @@ def test_a_handle_is_worked_by_keys_and_by_its_slider(page: Browser, cuts: list[
     assert page.run(f"return Number({hand}.getAttribute('aria-valuenow'))") == pytest.approx(3.0, abs=step)
 
 
-@pytest.mark.looks
 def test_numbers_of_a_cut_are_typed_as_its_slider_moves_it(
     page: Browser, project: Served, cuts: list[dict[str, Any]]
 ) -> None:
