@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import groupby, pairwise
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Pin, Web
 from autobalance.crank.recognition.section_stack import rotated
+from autobalance.declare import LAST, NotNegative, derived
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.shape import polygon_area_mm2
@@ -96,16 +97,16 @@ def sections(solid: Solid, anatomy: Anatomy, density_g_mm3: float) -> tuple[Sect
 
 @dataclass(frozen=True)
 class WebWeight:
-    """m_cw, r′ and m_cw·r′ of a web with its counterweight, or of all of them (``web`` None).
+    """A web's counterweight."""
 
-    ``product_g_mm`` is the first moment away from the crankpin; ``radius_mm`` is it by the mass.
-    """
+    # m_cw, r′ and m_cw·r′ of the web with it, or of all of them (web None): the product is the first moment
+    # away from the crankpin
 
     web: int | None
-    mass_g: float
-    product_g_mm: float
+    mass_g: NotNegative
+    product_g_mm: Annotated[float, LAST]
 
-    @property
+    @derived
     def radius_mm(self) -> float:
         """Distance of the centre of mass beyond the axis, r′ [mm]."""
         return self.product_g_mm / self.mass_g

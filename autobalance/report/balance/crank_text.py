@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from autobalance.crank.sections import WebWeight
 from autobalance.declare import ABSENT, Absent, present
 from autobalance.report.balance.sections_text import against_text, scan_lines, section_heads, suggestions_text
 from autobalance.report.display_units import ON_SCREEN, DisplayUnits, fixed
 from autobalance.report.records.balance import Unbalance
 from autobalance.report.records.crank import Crank, Journal, Pin, Web
-from autobalance.report.records.report import Report, WebWeight
+from autobalance.report.records.report import Report
 from autobalance.report.records.scan import Face, NamedFace
 from autobalance.report.records.with_bob_weights import WithBobWeights
 from autobalance.report.tables import table

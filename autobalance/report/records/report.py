@@ -14,6 +14,7 @@ from autobalance.balancing.sections import section_types
 from autobalance.balancing.web_metal import WebMetal, weak_places
 from autobalance.correction import KINDS
 from autobalance.crank.against import Against
+from autobalance.crank.sections import WebWeight
 from autobalance.declare import (
     ABSENT,
     INLINE,
@@ -65,7 +66,6 @@ if TYPE_CHECKING:
     from autobalance.balancing import record as balancing
     from autobalance.balancing.external import CarriedUnbalance
     from autobalance.balancing.loop import Result
-    from autobalance.crank import sections
     from autobalance.job import model
 
 
@@ -135,25 +135,6 @@ class ThrowOil:
             centre_mm=oil.moments.centre_mm,
             inertia_kg_mm2=oil.moments.inertia_g_mm2 / G_MM2_PER_KG_MM2,
             on_crankpin_g=oil.on_crankpin_g,
-        )
-
-
-@record
-class WebWeight:
-    """A web's counterweight."""
-
-    web: int | None
-    mass_g: NotNegative
-    radius_mm: float
-    product_g_mm: float
-
-    @classmethod
-    def of(cls, weight: sections.WebWeight) -> Self:
-        return cls(
-            web=weight.web,
-            mass_g=weight.mass_g,
-            radius_mm=weight.radius_mm,
-            product_g_mm=weight.product_g_mm,
         )
 
 
@@ -336,9 +317,7 @@ class Report:
             staged=record.staged,
             true_surfaces=ABSENT if record.surfaces is None else TrueSurfaces.of(record.surfaces, balanced),
             sections=ABSENT if record.sections is None else [Section.of(part) for part in record.sections],
-            counterweights=ABSENT
-            if record.web_weights is None
-            else [WebWeight.of(weight) for weight in record.web_weights],
+            counterweights=ABSENT if record.web_weights is None else record.web_weights,
             section_table=ABSENT if record.section_table is None else SectionTable.of(*record.section_table),
             present=record.present,
             with_bob_weights=ABSENT if record.loaded is None else WithBobWeights.of(record.loaded),
