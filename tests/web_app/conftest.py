@@ -8,16 +8,13 @@ import pytest
 
 from tests.report.browser import Browser, browser
 from tests.web_app import small
-from tests.web_app.page import load, nothing_wrong, seen, seen_again
+from tests.web_app.page import SIZE, anew, load, nothing_wrong, seen, seen_again
 from tests.web_app.serving import Served, served
 
 SOFTWARE_PAGES = "--disable-gpu-compositing"
 """The emulated graphics card draws the 3D views alone and not the pages: a third less work."""
 STILL = "--force-prefers-reduced-motion"
 """Nothing turns on the page that is opened first: sixty pictures a second take much of a processor."""
-
-
-SIZE = (1400, 900)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -61,8 +58,7 @@ def page(request: pytest.FixtureRequest, project: Served, window: Browser) -> It
     """
     looks = request.node.get_closest_marker("looks") is not None
     if not (looks and seen_again(window, project, small.DRILLED)):
-        project.ask("/api/job", small.DRILLED, "PUT")
-        window.resize(*SIZE)  # as a test before may have left it
+        anew(window, project)
         load(window, project)
         if looks:
             seen(window, project)
@@ -73,7 +69,6 @@ def page(request: pytest.FixtureRequest, project: Served, window: Browser) -> It
 @pytest.fixture
 def unopened(project: Served, window: Browser) -> Iterator[Browser]:
     """As ``page``, not loaded yet: for tests that load it once they have changed something."""
-    project.ask("/api/job", small.DRILLED, "PUT")
-    window.resize(*SIZE)
+    anew(window, project)
     with nothing_wrong(window, project):
         yield window

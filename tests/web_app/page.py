@@ -13,6 +13,7 @@ import pytest
 
 from autobalance.wording import at as value_at
 from tests.report.browser import ELEMENT, Browser, missing
+from tests.web_app import small
 from tests.web_app.serving import Served, pause
 
 BROWSER = [
@@ -48,6 +49,7 @@ def load(page: Browser, app: Served) -> Browser:
     return page
 
 
+SIZE = (1400, 900)
 FOLDS = "window.folds = new Map([...document.querySelectorAll('details')].map(each => [each, each.open]))"
 AT_FIRST = """
 document.activeElement?.blur();
@@ -56,6 +58,12 @@ document.getElementById("tab-open").click();
 document.querySelector("#views button").click();
 scrollTo(0, 0);
 """
+
+
+def anew(page: Browser, app: Served) -> None:
+    """Put back the small crank's job, and the window's size, as a test before may have left them."""
+    app.ask("/api/job", small.DRILLED, "PUT")
+    page.resize(*SIZE)
 
 
 def seen(page: Browser, app: Served) -> None:

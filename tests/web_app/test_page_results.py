@@ -17,6 +17,7 @@ from tests.report.browser import Browser
 from tests.web_app import small
 from tests.web_app.page import (
     BROWSER,
+    anew,
     at,
     job_text,
     latest,
@@ -307,8 +308,7 @@ ANALYSED = {**small.DRILLED, "crankshaft": CRANK, "cycle": CYCLE, "strength": ST
 def analysed(window: Browser, project: Served) -> Iterator[Browser]:
     """The page with a job that has all that analyses need, loaded once for all of them."""
     if not seen_again(window, project, ANALYSED):
-        project.ask("/api/job", small.DRILLED, "PUT")
-        window.resize(1400, 900)
+        anew(window, project)
         load(window, project)
         project.ask("/api/job", ANALYSED, "PUT")
         window.run("window.dispatchEvent(new Event('focus'))")  # the job was changed elsewhere
