@@ -172,6 +172,37 @@ def test_the_page_of_a_project_with_a_result_is_there_after_few_requests(
         assert len(asked) < 15, "\n".join(asked)
 
 
+SLOW_POLARS = """
+const fetched = window.fetch;
+window.polars = [];
+window.answers = 0;
+window.fetch = async (path, options) => {
+  if (path !== "/api/polars") return fetched(path, options);
+  const { polars } = JSON.parse(options.body);
+  for (const each of polars) window.polars.push(JSON.stringify(each));
+  await new Promise(ended => setTimeout(ended, 300));
+  const answer = await fetched(path, options);
+  window.answers++;
+  return answer;
+};
+"""
+
+
+def test_a_polar_that_is_on_its_way_is_not_asked_for_again(page: Browser) -> None:
+    page.run(SLOW_POLARS)
+    page.click_on(at("tab-parts"))
+    page.run(
+        "const input = document.querySelector('[data-testid=weight-g]');"
+        "input.value = '123'; input.dispatchEvent(new Event('input', { bubbles: true }));"
+    )
+    until(page, "return window.polars.length > 0", most_s=20.0)
+    for _ in range(2):
+        page.click_on(at("more-columns"))  # draws the page anew
+    until(page, "return window.answers > 0", most_s=20.0)
+    asked = page.run("return window.polars")
+    assert len(asked) == len(set(asked)), asked
+
+
 PAINTED = """
 const paint = performance.getEntriesByType("paint").find(each => each.name === "first-contentful-paint");
 return paint ? paint.startTime / 1000 : null;

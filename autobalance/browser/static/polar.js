@@ -9,22 +9,28 @@ import { places } from "/static/verdict.js";
 import { t } from "/static/words.js";
 
 const MOST_KEPT = 300;
-const drawings = new Map(); // what is asked for, as JSON → its drawing
+const drawings = new Map(); // what is asked for, as JSON → its drawing; empty while it is on its way
 let wanted = [];
 // The drawing of a polar; empty until it is here: all that are asked for at once come in one answer.
 function drawing(key) {
-  if (!drawings.has(key) && !wanted.includes(key)) {
+  if (!drawings.has(key)) {
+    if (drawings.size > MOST_KEPT) drawings.clear();
+    drawings.set(key, "");
     wanted.push(key);
     if (wanted.length === 1) queueMicrotask(asked);
   }
-  return drawings.get(key) || "";
+  return drawings.get(key);
 }
 const asked = behind(async () => {
   const keys = wanted;
   wanted = [];
-  const { drawn } = await askJson("/api/polars", { method: "POST", body: `{"polars": [${keys.join(",")}]}` });
-  if (drawings.size > MOST_KEPT) drawings.clear();
-  keys.forEach((key, k) => drawings.set(key, drawn[k]));
+  try {
+    const { drawn } = await askJson("/api/polars", { method: "POST", body: `{"polars": [${keys.join(",")}]}` });
+    keys.forEach((key, k) => drawings.set(key, drawn[k]));
+  } catch (error) {
+    for (const key of keys) drawings.delete(key); // the next time that it is shown it is asked for again
+    throw error;
+  }
   redrawSeen();
 });
 
