@@ -17,8 +17,11 @@ from typing import Any
 
 from tests.kept import kept
 
+SHELL = "chromium-headless-shell"
+"""The same browser without windows and menus: a page is there after three quarters of the work."""
+BARS_PX = 142
+"""Height of what a window has above its page, where the shell has nothing."""
 FLAGS = [
-    "--headless=new",
     "--no-sandbox",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
@@ -34,6 +37,7 @@ const found = document.querySelector(arguments[0]), box = found?.getBoundingClie
 const top = box && document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2);
 if (box?.width && !found.contains(top)) found.scrollIntoView({ block: "center" });
 """
+QUIET: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
 ELEMENT = "element-6066-11e4-a52e-4f735466cecf"
 
 
@@ -45,8 +49,9 @@ def missing() -> str:
 class Browser:
     """One window."""
 
-    def __init__(self, base: str, session: str) -> None:
+    def __init__(self, base: str, session: str, bars_px: int) -> None:
         self.base = f"{base}/session/{session}"
+        self.bars_px = bars_px
         self.seen = ""
         """Address of a page that no test has changed since it was loaded."""
 
@@ -59,7 +64,8 @@ class Browser:
         self.call("POST", "/url", {"url": page.resolve().as_uri()})
 
     def resize(self, width: int, height: int) -> None:
-        self.call("POST", "/window/rect", {"width": width, "height": height})
+        """Give the window a size as people see it: with the bars above the page."""
+        self.call("POST", "/window/rect", {"width": width, "height": height - self.bars_px})
 
     def run(self, script: str, *arguments: Any) -> Any:
         return self.call("POST", "/execute/sync", {"script": script, "args": list(arguments)})
@@ -125,25 +131,42 @@ def browser(folder: Path, pixels: float = 0.5, *flags: str) -> Iterator[Browser]
     ``pixels`` are those of the screen to each of a page: the processor draws them, and tests that look at
     places and texts need few.
     """
+    own = [*FLAGS, f"--user-data-dir={folder}", f"--force-device-scale-factor={pixels:g}", *flags]
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    command = ["chromedriver", f"--port={port}"]
-    base = f"http://127.0.0.1:{port}"
-    with kept(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL):
+    with contextlib.ExitStack() as running:
+        base = f"http://127.0.0.1:{port}"
+        running.enter_context(kept(["chromedriver", f"--port={port}"], **QUIET))
         _wait_for(base)
-        own = [f"--user-data-dir={folder}", f"--force-device-scale-factor={pixels:g}"]
-        options = {"args": [*FLAGS, *own, *flags]}
+        is_shell = shutil.which(SHELL) is not None
+        options: dict[str, Any] = {"args": ["--headless=new", *own]}
+        if is_shell:
+            options = {"debuggerAddress": f"127.0.0.1:{running.enter_context(_shell(folder, own))}"}
         wanted = {
             "goog:chromeOptions": options,
             "goog:loggingPrefs": {"browser": "ALL", "performance": "ALL"},
         }
         made = _request("POST", f"{base}/session", {"capabilities": {"alwaysMatch": wanted}})
-        window = Browser(base, made["sessionId"])
+        window = Browser(base, made["sessionId"], BARS_PX if is_shell else 0)
         try:
             yield window
         finally:
             window.call("DELETE", "")
+
+
+@contextlib.contextmanager
+def _shell(folder: Path, flags: list[str]) -> Iterator[int]:
+    """Start the shell with a page, for the driver finds none in one that it starts itself; its port."""
+    folder.mkdir(parents=True, exist_ok=True)  # what the page saves is put where the shell was started
+    told = folder / "DevToolsActivePort"
+    with kept([SHELL, *flags, "--remote-debugging-port=0", "data:,"], cwd=folder, **QUIET) as process:
+        begun = time.monotonic()
+        while not (told.exists() and told.read_text()):
+            if process.poll() is not None or time.monotonic() > begun + 60.0:
+                raise RuntimeError(f"{SHELL} does not begin")
+            time.sleep(0.03)
+        yield int(told.read_text().splitlines()[0])
 
 
 def _wait_for(base: str) -> None:
