@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy
 from autobalance.drawn_cranks.design import PRESETS, Design, preset
-from autobalance.drawn_cranks.generate import crank_solid, exact_moments
+from autobalance.drawn_cranks.generate import crank_shape, crank_solid, exact_moments
 from autobalance.drawn_cranks.truth import crank_anatomy
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
 from autobalance.types import Array
 from autobalance.units import MM_PER
+
+if TYPE_CHECKING:
+    from autobalance.solid.cad.brep import ExactSolid
 
 SEGMENTS = (12, 16, 24, 37, 64, 128, 360, 1000)
 REACH_MM = 500.0
@@ -35,6 +39,14 @@ def single_step() -> bytes:
 def drawn(design: Design, segments: int) -> Solid:
     """Return a crank as it is drawn, for all tests that ask for it once."""
     return crank_solid(design, segments)
+
+
+@lru_cache(maxsize=16)
+def exact(name: str) -> ExactSolid:
+    """Return a preset's crank with true surfaces, built by the CAD kernel once."""
+    from autobalance.solid.cad.brep import ExactSolid
+
+    return ExactSolid(crank_shape(preset(name)))
 
 
 @lru_cache(maxsize=16)

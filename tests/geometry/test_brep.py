@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from autobalance.drawn_cranks.design import PRESETS
-from autobalance.drawn_cranks.generate import crank_shape, exact_moments
+from autobalance.drawn_cranks.generate import exact_moments
 from autobalance.errors import FormatError, SolidError
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.installed import has_kernel
@@ -23,7 +23,7 @@ from autobalance.solid.csg.shape import (
     polygon,
     tessellated,
 )
-from tests.generated import AT_OTHER_ANGLES, true_moments
+from tests.generated import AT_OTHER_ANGLES, exact, true_moments
 from tests.libraries import uninstalled
 from tests.sweeps import SWEPT
 
@@ -81,41 +81,40 @@ def test_drafts_and_placements_are_exact_and_equal_their_meshes() -> None:
 def test_exact_and_extrapolated_moments_are_the_same() -> None:
     """Of two coarser meshes, too, than those that extrapolation takes by itself."""
     crank = PRESETS["v-twin-45"]
-    exact, meshed = ExactSolid(crank_shape(crank)).moments(7.85e-3), exact_moments(crank, 64)
-    size = math.sqrt(float(np.trace(exact.second_g_mm2)) / exact.mass_g)
-    assert meshed.mass_g == pytest.approx(exact.mass_g, rel=COARSE)
-    np.testing.assert_allclose(meshed.first_g_mm, exact.first_g_mm, atol=COARSE * exact.mass_g * size)
-    assert meshed.polar_inertia_g_mm2 == pytest.approx(exact.polar_inertia_g_mm2, rel=COARSE)
+    true, meshed = exact("v-twin-45").moments(7.85e-3), exact_moments(crank, 64)
+    size = math.sqrt(float(np.trace(true.second_g_mm2)) / true.mass_g)
+    assert meshed.mass_g == pytest.approx(true.mass_g, rel=COARSE)
+    np.testing.assert_allclose(meshed.first_g_mm, true.first_g_mm, atol=COARSE * true.mass_g * size)
+    assert meshed.polar_inertia_g_mm2 == pytest.approx(true.polar_inertia_g_mm2, rel=COARSE)
 
 
 @needs_kernel
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in PRESETS if SWEPT or name not in AT_OTHER_ANGLES])
 def test_every_preset_is_the_same_exactly_and_in_facets(name: str) -> None:
-    crank = PRESETS[name]
-    exact, meshed = ExactSolid(crank_shape(crank)).moments(7.85e-3), true_moments(name)
-    size = math.sqrt(float(np.trace(exact.second_g_mm2)) / exact.mass_g)
-    assert meshed.mass_g == pytest.approx(exact.mass_g, rel=FACETS)
-    np.testing.assert_allclose(meshed.first_g_mm, exact.first_g_mm, atol=FACETS * exact.mass_g * size)
-    assert meshed.polar_inertia_g_mm2 == pytest.approx(exact.polar_inertia_g_mm2, rel=10.0 * FACETS)
+    true, meshed = exact(name).moments(7.85e-3), true_moments(name)
+    size = math.sqrt(float(np.trace(true.second_g_mm2)) / true.mass_g)
+    assert meshed.mass_g == pytest.approx(true.mass_g, rel=FACETS)
+    np.testing.assert_allclose(meshed.first_g_mm, true.first_g_mm, atol=FACETS * true.mass_g * size)
+    assert meshed.polar_inertia_g_mm2 == pytest.approx(true.polar_inertia_g_mm2, rel=10.0 * FACETS)
 
 
 @needs_kernel
 def test_a_generated_crank_has_true_cylinders_and_survives_step(tmp_path: Path) -> None:
     from OCP.STEPControl import STEPControl_Reader
 
-    exact = ExactSolid(crank_shape(PRESETS["inline-4"]))
-    kinds = exact.face_kinds()
+    solid = exact("inline-4")
+    kinds = solid.face_kinds()
     assert set(kinds) == {"plane", "cylinder", "cone", "torus"}
     assert kinds["torus"] == 16  # a fillet at each end of four crankpins and at every web of five journals
     path = tmp_path / "crank.step"
-    path.write_bytes(exact.step())
+    path.write_bytes(solid.step())
     reader = STEPControl_Reader()
     reader.ReadFile(str(path))
     reader.TransferRoots()
     again = ExactSolid.__new__(ExactSolid)
     again._body = reader.OneShape()
-    assert again.volume_mm3 == pytest.approx(exact.volume_mm3, rel=1e-7)
+    assert again.volume_mm3 == pytest.approx(solid.volume_mm3, rel=1e-7)
 
 
 def test_a_leaning_edge_needs_corners_at_the_top() -> None:

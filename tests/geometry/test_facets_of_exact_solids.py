@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from itertools import product
 from typing import Any
 
 import numpy as np
 import pytest
 
-from autobalance.drawn_cranks.design import preset
-from autobalance.drawn_cranks.generate import crank_shape
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.cad.kernel import explored
@@ -24,6 +21,7 @@ from autobalance.solid.chordal_error.look import look_at
 from autobalance.solid.csg.shape import Bar, Joined, Prism, Revolved, Shape, Without, circle, polygon
 from autobalance.solid.mesh.measure import mesh_moments
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
+from tests.generated import exact
 from tests.odd_cranks import odd_crank
 from tests.sweeps import SWEPT
 
@@ -68,12 +66,6 @@ def check(solid: ExactSolid, sag_mm: float) -> ChordalError:
     return error
 
 
-@lru_cache(maxsize=2)
-def exact(name: str) -> ExactSolid:
-    """Return a preset's crank with true surfaces."""
-    return ExactSolid(crank_shape(preset(name)))
-
-
 PLATE = polygon([(-20, -20), (20, -20), (20, 20), (-20, 20)])
 SHAPES: dict[str, Shape] = {
     "oblique oil hole": Without(Prism(circle(20.0), 0.0, 60.0), (Bar((-30, 0, 10), (30, 0, 50), 5.0),)),
@@ -111,7 +103,7 @@ def test_generated_cranks_of_several_throws(name: str, sag_mm: float) -> None:
 
 def test_triangles_from_the_mouth_of_an_oil_hole_to_the_ends_of_its_journal() -> None:
     """They hide hundreds of times what their angles show: 32 mm³ of 5400 were missed, ± 15."""
-    solid = ExactSolid(crank_shape(preset("inline-4")))
+    solid = exact("inline-4")
     mesh = tessellated(solid.body, 0.36, 0.28)
     error = estimate_chordal_error(mesh, 1.0)
     left = solid.moments(1.0) - mesh_moments(mesh, 1.0) - error.missing

@@ -22,8 +22,6 @@ from autobalance.crank.anatomy import Overrides
 from autobalance.crank.faces import find_faces
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.declare import decoded, encoded
-from autobalance.drawn_cranks.design import PRESETS
-from autobalance.drawn_cranks.generate import crank_shape
 from autobalance.paper.cuts import cut_row
 from autobalance.report.balance import kinds
 from autobalance.report.balance.values import dumps
@@ -36,6 +34,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import placed
 from autobalance.solid.formats.read import Source, read
 from tests.coarse import COARSE, FINE, coarse_facets
+from tests.generated import exact
 from tests.geometry.test_drill import assert_same, difference
 
 pytestmark = pytest.mark.skipif(not has_kernel(), reason="the extra 'step' is not installed")
@@ -68,10 +67,8 @@ class Bench:
 
 @pytest.fixture(scope="module")
 def crank(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    from autobalance.solid.cad.brep import ExactSolid
-
     path: Path = tmp_path_factory.mktemp("contract") / "crank.step"
-    path.write_bytes(ExactSolid(crank_shape(PRESETS["v-twin-45"])).step())
+    path.write_bytes(exact("v-twin-45").step())
     return path
 
 

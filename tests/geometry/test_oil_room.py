@@ -21,7 +21,7 @@ from autobalance.solid.csg.solid import Solid
 
 pytestmark = pytest.mark.usefixtures("cranks_read_once")
 
-SEGMENTS = 48
+SEGMENTS = 24
 CROSSED = replace(PRESETS["single"], crankpin=DrawnShaft(32.0, 24.0, 14.0), segments=SEGMENTS)
 """An oil hole crosses the crankpin's bore."""
 
