@@ -33,13 +33,12 @@ def checked(report: Report, folder: Path, files: Files | None = None) -> Checked
     return check_claims(Claims("report.json", report), folder, False, as_report, files, SCHEMA)
 
 
-@contextlib.contextmanager
-def sound_parts_known() -> Iterator[None]:
-    """Hold a part that several reports share against its schema once: most of a changed report is shared."""
+def knowing_sound_parts(validator_class: Any) -> Any:
+    """Return validators that hold a part which several reports share against its schema once."""
     known: dict[tuple[str, int, int], tuple[Any, Any]] = {}  # holds the parts: no identity is used twice
 
     def once(name: str) -> Callable[..., Iterator[ValidationError]]:
-        check = report_file.VALIDATOR.VALIDATORS[name]
+        check = validator_class.VALIDATORS[name]
 
         def faults(validator: Any, rule: Any, part: Any, inside: Any) -> Iterator[ValidationError]:
             key = name, id(part), id(inside)
@@ -51,8 +50,14 @@ def sound_parts_known() -> Iterator[None]:
         return faults
 
     keywords = {name: once(name) for name in ("properties", "items", "additionalProperties")}
+    return validators.extend(validator_class, keywords)
+
+
+@contextlib.contextmanager
+def sound_parts_known() -> Iterator[None]:
+    """Hold a part that several reports share against its schema once: most of a changed report is shared."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(report_file, "VALIDATOR", validators.extend(report_file.VALIDATOR, keywords))
+        patch.setattr(report_file, "VALIDATOR", knowing_sound_parts(report_file.VALIDATOR))
         yield
 
 

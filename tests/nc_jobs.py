@@ -103,8 +103,7 @@ def _balanced(name: str, segments: int, change: tuple[str, str]) -> Path:
     folder = Path(tempfile.mkdtemp(dir=_FOLDER.name))
     correction, factor, grade = CORRECTIONS[name]
     correction = correction.replace(*change)
-    crank = ab.generate("single", file="crank.stl", settings={"segments": segments})
-    (folder / "crank.stl").write_bytes(crank.data)
+    write_stl(folder / "crank.stl", generated_crank("single", segments=segments).soup)
     job = folder / "job.toml"
     if "OUTER" in correction:
         correction = correction.replace("OUTER", str(outer_faces(folder / "crank.stl")))

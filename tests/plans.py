@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import math
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ WEBS = ((-44.0, -24.0), (-12.0, 8.0), (20.0, 40.0), (52.0, 72.0))
 RIM, HALF_FAN = 48.0, math.radians(75.0)
 
 
+@cache
 def crank() -> Solid:
     """Return a crank's shape: a fan with a hub for each web, a shaft through all."""
     turn = math.pi + np.linspace(-HALF_FAN, HALF_FAN, 61)

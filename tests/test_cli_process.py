@@ -14,6 +14,7 @@ import pytest
 from autobalance.bundled import bundled_folder
 from autobalance.command.main import INTERRUPTED_MESSAGE
 from tests import jobs
+from tests.coarse import bundled_corners
 
 pytestmark = pytest.mark.usefixtures("cranks_read_once")
 
@@ -89,6 +90,13 @@ def test_the_installed_way_in_and_the_checkouts_are_one_program() -> None:
     assert outputs[0].startswith("autobalance ")
 
 
+def job_of(folder: Path, **edits: str) -> Path:
+    """Write a bundled job on a crank of few facets: signals and streams are the same on any."""
+    job = jobs.bundled_job(folder, **edits)
+    jobs.write_stl(folder / "crank.stl", bundled_corners(segments=32))
+    return job
+
+
 STOPPING = """
 import os, signal, sys, threading
 signal.signal(signal.SIGINT, signal.default_int_handler)  # who runs the tests in the background ignores it
@@ -113,7 +121,7 @@ sys.exit(main(sys.argv[1:]))
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT to one process needs POSIX")
 @pytest.mark.parametrize(("fresh", "sent"), [(True, "SIGINT"), (False, "SIGTERM"), (True, "SIGHUP")])
 def test_ctrl_c_in_the_middle_leaves_nothing_half_written(fresh: bool, sent: str, tmp_path: Path) -> None:
-    job = jobs.bundled_job(tmp_path)
+    job = job_of(tmp_path)
     output = tmp_path / "out"
     if not fresh:
         output.mkdir()
@@ -165,7 +173,7 @@ sys.exit(code)
 @pytest.mark.parametrize("presses", [0, 1, 2])
 def test_ctrl_c_during_advice_ends_the_advice_alone(presses: int, tmp_path: Path) -> None:
     """A second one ends the command."""
-    job = jobs.bundled_job(tmp_path, "drafted", "factor-0.28", method='"shoulder"\nmax_depth_mm = 0.5')
+    job = job_of(tmp_path, method='"shoulder"\nmax_depth_mm = 0.5')
     output = tmp_path / "out"
     words = ["balance", str(job), "-o", str(output), "--no-report", str(presses)]
     done = subprocess.run(
@@ -214,7 +222,7 @@ sys.exit(main())
 @pytest.mark.parametrize("sent", ["SIGINT", "SIGTERM"])
 def test_a_library_that_holds_the_interpreter_is_ended_in_time(sent: str, tmp_path: Path) -> None:
     """In the midst of writing: the folder and the temporary files that it has begun are taken away."""
-    job = jobs.bundled_job(tmp_path)
+    job = job_of(tmp_path)
     before = jobs.folder_state(tmp_path)
     command = [sys.executable, "-c", HOLDING, "balance", str(job), "-o", str(tmp_path / "out"), "--no-report"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment()) as process:
@@ -246,7 +254,7 @@ sys.exit(main())
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there are no copies of a process here")
 def test_a_command_ends_as_its_work_does(tmp_path: Path) -> None:
-    job = jobs.bundled_job(tmp_path)
+    job = job_of(tmp_path)
     command = [sys.executable, "-c", CRASHING, "balance", str(job), "-o", str(tmp_path / "out")]
     assert subprocess.run(command, env=environment(), check=False).returncode == -signal.SIGSEGV
 
@@ -254,7 +262,7 @@ def test_a_command_ends_as_its_work_does(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="only there a process can be made to end with its parent")
 def test_work_does_not_outlive_a_command_that_was_killed(tmp_path: Path) -> None:
-    job = jobs.bundled_job(tmp_path)
+    job = job_of(tmp_path)
     code = HOLDING.replace('print("held",', 'import os; print(f"held {os.getpid()}",')
     command = [sys.executable, "-c", code, "balance", str(job), "-o", str(tmp_path / "out"), "--no-report"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment()) as process:
@@ -274,7 +282,7 @@ def test_work_does_not_outlive_a_command_that_was_killed(tmp_path: Path) -> None
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a POSIX pipe")
 def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
-    job = jobs.bundled_job(tmp_path)
+    job = job_of(tmp_path)
     reading, writing = os.pipe()
     os.close(reading)
     with os.fdopen(writing, "wb") as closed:
@@ -293,7 +301,7 @@ def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_terminal_without_the_letters(tmp_path: Path) -> None:
     """An ASCII terminal shows "?" for "·"; the report stays whole."""
-    job = jobs.bundled_job(tmp_path)
+    job = job_of(tmp_path)
     done = subprocess.run(
         [*CLI, "balance", str(job), "-o", str(tmp_path / "out"), "--no-report"],
         capture_output=True,
@@ -310,7 +318,7 @@ def test_a_terminal_without_the_letters(tmp_path: Path) -> None:
 def test_progress_shows_on_a_terminal_only(tmp_path: Path) -> None:
     import pty
 
-    job = jobs.bundled_job(tmp_path)
+    job = job_of(tmp_path)
     command = [*CLI, "balance", str(job), "-o", str(tmp_path / "out"), "--no-report"]
     quiet = subprocess.run(command, capture_output=True, check=True)
     assert quiet.stderr == b""

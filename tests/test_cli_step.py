@@ -28,7 +28,7 @@ from autobalance.solid.chordal_error.estimate import estimate_chordal_error
 from autobalance.solid.csg.shape import Prism, circle
 from autobalance.solid.formats.read import read
 from tests import jobs
-from tests.coarse import FINE, coarse_facets
+from tests.coarse import HALF_FINE, ROUGH, coarse_facets
 from tests.generated import single_step
 from tests.read_once import read_once
 from tests.sweeps import SWEPT
@@ -63,6 +63,13 @@ SHOULDERS = 'method = "shoulder"\nfaces = "auto"'
 @pytest.fixture(scope="module", autouse=True)
 def fewer_triangles() -> Iterator[None]:
     """Plan on fewer triangles: what is cut and measured here are the true surfaces."""
+    with coarse_facets(ROUGH):
+        yield
+
+
+@pytest.fixture
+def coarse() -> Iterator[None]:
+    """Plan on enough triangles for verify to find the holes in them."""
     with coarse_facets():
         yield
 
@@ -70,7 +77,7 @@ def fewer_triangles() -> Iterator[None]:
 @pytest.fixture
 def fine() -> Iterator[None]:
     """Plan on more triangles: sizes of cuts are told from these, and verified on true surfaces."""
-    with coarse_facets(FINE):
+    with coarse_facets(HALF_FINE):
         yield
 
 
@@ -184,7 +191,7 @@ def test_shoulders_in_sectors_with_two_depths_on_a_face(folder: Path, fine: None
 
 
 @needs_kernel
-def test_holes_are_cylinders_and_cones(folder: Path) -> None:
+def test_holes_are_cylinders_and_cones(folder: Path, coarse: None) -> None:
     table = 'method = "drill"\n[correction.drill]\ndiameters_mm = [10.0, 14.0]'
     report = jobs.computed(job(folder, table, 0.1), folder / "out")
     solid = assert_exact(folder, report)
@@ -226,7 +233,7 @@ def test_added_metal_grows_on_true_faces(folder: Path) -> None:
 
 
 @needs_kernel
-def test_kinds_are_mixed(folder: Path) -> None:
+def test_kinds_are_mixed(folder: Path, coarse: None) -> None:
     table = 'method = ["shoulder", "drill"]\n[correction.drill]\ndiameters_mm = [10.0]'
     assert_exact(folder, jobs.computed(job(folder, table, 0.1), folder / "out"))
 
@@ -261,12 +268,6 @@ def test_what_is_listed_was_measured_where_edges_lie_off_faces(
     listed = sum(cut["removed_volume_mm3"] for cut in report["corrections"])
     assert listed == pytest.approx(gone, rel=1e-6)
     assert jobs.run("verify", folder / "out" / "report.json", "--independent") == 0
-
-
-@needs_kernel
-def test_the_same_job_writes_the_same_bytes(shouldered: Path, tmp_path: Path) -> None:
-    first, second = jobs.report_of(shouldered / "out"), jobs.computed(shouldered / "job.toml", tmp_path)
-    assert first["outputs"]["solid"]["sha256"] == second["outputs"]["solid"]["sha256"]
 
 
 @needs_kernel
@@ -314,14 +315,16 @@ def program(folder: Path, *arguments: str, before: str = "") -> subprocess.Compl
 
 
 @needs_kernel
-def test_nothing_but_the_report_reaches_standard_output(
-    folder: Path, capfd: pytest.CaptureFixture[str]
+def test_the_same_job_writes_the_same_bytes_and_nothing_but_its_report(
+    shouldered: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """Read at the file descriptor: the kernel writes past Python's own streams."""
-    path = job(folder, SHOULDERS, 0.0)
-    assert main(["balance", str(path), "-o", str(folder / "out"), "--no-report", "--json", "-"]) == 0
-    assert json.loads(capfd.readouterr().out)["outcome"] == "within_tolerance"
-    assert main(["inspect", str(folder / "crank.step"), "--json", "-"]) == 0
+    first, path = jobs.report_of(shouldered / "out"), shouldered / "job.toml"
+    assert main(["balance", str(path), "-o", str(tmp_path), "--no-report", "--json", "-"]) == 0
+    second = json.loads(capfd.readouterr().out)
+    assert second["outcome"] == "within_tolerance"
+    assert second["outputs"]["solid"]["sha256"] == first["outputs"]["solid"]["sha256"]
+    assert main(["inspect", str(shouldered / "crank.step"), "--json", "-"]) == 0
     assert json.loads(capfd.readouterr().out)["command"] == "inspect"
 
 

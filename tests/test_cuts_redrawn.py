@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.cad.files import read_step_file
 from autobalance.solid.cad.installed import has_kernel
 from autobalance.solid.cad.kernel import common, cut, explored, fused, properties
-from tests.coarse import coarse_facets
+from tests.coarse import COARSE, ROUGH, coarse_facets
 from tests.generated import single_step
 from tests.jobs import main, without_advice
 
@@ -51,14 +50,8 @@ CORRECTIONS = {
 }
 
 
-@pytest.fixture(scope="module", autouse=True)
-def fewer_triangles() -> Iterator[None]:
-    with coarse_facets():
-        yield
-
-
 @pytest.fixture(scope="module")
-def crank(fewer_triangles: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def crank(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("redrawn") / "crank.step"
     path.write_bytes(single_step())
     return path
@@ -194,12 +187,14 @@ def run(crank: Path, request: pytest.FixtureRequest) -> tuple[dict[str, Any], An
     correction, factor = CORRECTIONS[request.param]
     job = folder / "job.toml"
     job.write_text(JOB.format(file="../crank.step", correction=correction, factor=factor), encoding="utf-8")
-    with without_advice():
+    fineness = ROUGH if request.param in ("mill", "shoulder", "add") else COARSE  # round in facets
+    with coarse_facets(fineness), without_advice():
         assert main(["balance", str(job), "-o", str(folder / "out"), "--no-report"]) in (0, 4)
     report = json.loads((folder / "out" / "report.json").read_text(encoding="utf-8"))
     assert report["corrections"]
     if request.param != "slug":  # its size is read off the facets, which must be finer for that
-        assert main(["verify", str(folder / "out" / "report.json")]) in (0, 4)
+        with coarse_facets(fineness):
+            assert main(["verify", str(folder / "out" / "report.json")]) in (0, 4)
     bodies = [
         read_step_file(path.read_bytes()).bodies[0].body for path in (crank, folder / "out" / "balanced.step")
     ]
@@ -266,7 +261,8 @@ def test_what_a_pass_predicted_is_held_against_what_it_took(
     false = {**report, "steps": [{**step, "predicted_g_mm": step["predicted_g_mm"] + 0.2 * moved}]}
     edited = crank.parent / report["corrections"][0]["kind"] / "out" / "edited.json"
     edited.write_text(json.dumps(false), encoding="utf-8")
-    assert main(["verify", str(edited)]) == 3
+    with coarse_facets(ROUGH if "mill" in str(edited) else COARSE):
+        assert main(["verify", str(edited)]) == 3
     assert "steps[1].predicted_g_mm is " in capsys.readouterr().err
 
 

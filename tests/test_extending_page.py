@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 
 import autobalance
+from tests.coarse import bundled_corners
+from tests.jobs import write_stl
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "extending.md"
@@ -40,6 +42,8 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shutil.copytree(package, copied)  # with what is compiled, which holds as long as times are the same
     if not (copied / "_fixtures").exists():  # a checkout has them beside the package
         shutil.copytree(ROOT / "fixtures", folder / "fixtures")
+    bundled = copied / "_fixtures" if (copied / "_fixtures").exists() else folder / "fixtures"
+    write_stl(bundled / "crf250r" / "drafted" / "crank.stl", bundled_corners())  # the last example is of it
     shutil.copytree(ROOT / "tests", folder / "tests")
     shutil.copytree(ROOT / "docs", folder / "docs", ignore=shutil.ignore_patterns("_build", "_generated"))
     shutil.copy(ROOT / "pyproject.toml", folder)

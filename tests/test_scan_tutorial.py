@@ -50,7 +50,7 @@ def test_the_tutorial_leads_from_a_scan_to_a_verdict_that_the_true_crank_keeps(
     assert calibration["contradictions"] == []
 
     # the crank itself, meshed more finely
-    vertices, triangles, _ = surface_of(PRESETS["single"], 0.8, Wear(), 0)
+    vertices, triangles, _ = surface_of(PRESETS["single"], 1.2, Wear(), 0)
     whole = Solid.from_mesh(Mesh(vertices, triangles)).moved(there.placement)
     before, frame = whole.moments(7.85e-3, there.truth.file_to_rotor), there.truth.file_to_rotor
     assert before.mass_g == pytest.approx(report["crank"]["mass_g"], abs=2.0)

@@ -11,9 +11,9 @@ import pytest
 
 import autobalance as ab
 from autobalance.drawn_cranks.design import PRESETS
-from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import JobError
 from tests import jobs
+from tests.generated import drawn, generated_crank
 
 pytestmark = pytest.mark.usefixtures("cranks_read_once")
 
@@ -22,7 +22,7 @@ GAS = {"bore_mm": 80.0, "compression_ratio": 10.0, "heat_J": 900.0}
 
 @lru_cache(maxsize=8)
 def preset(name: str) -> ab.Crank:
-    mesh = crank_solid(PRESETS[name], 32).mesh
+    mesh = drawn(PRESETS[name], 32).mesh
     return ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
 
 
@@ -111,7 +111,8 @@ def test_pins_for_two_rods_ask_for_their_number(name: str) -> None:
     ],
 )
 def test_init_hints_follow_the_crank(tmp_path: Path, name: str, hint: str, rods: bool) -> None:
-    (path,) = (each for each in ab.generate(name, file="c.stl").write(tmp_path) if each.suffix == ".stl")
+    path = tmp_path / "c.stl"
+    jobs.write_stl(path, generated_crank(name, segments=None if name == "single" else 32).soup)
     made = ab.init(path, unit="mm", density_kg_m3=7850.0, file=tmp_path / "job.toml")
     text = made.data.decode()
     line = next(each for each in text.splitlines() if "factor" in each and "FILL IN" in each)

@@ -59,7 +59,7 @@ def test_compare_tells_each_kind_with_a_share_that_grows(tmp_path: Path) -> None
     told: list[tuple[str, float]] = []
     job = jobs.bundled_job(tmp_path)
     jobs.write_stl(
-        tmp_path / "crank.stl", bundled_corners(segments=48)
+        tmp_path / "crank.stl", bundled_corners(segments=24)
     )  # words and shares alone are looked at
     ab.compare(job, progress=lambda words, share: told.append((words, share)))
     kinds = [(words, share) for words, share in told if words.startswith("trying ")]
@@ -93,9 +93,9 @@ def test_json_on_standard_output_is_only_json_while_verbose(
 
 
 def test_inspect_shows_its_steps_when_verbose_and_nothing_of_them_in_its_json(
-    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    crank = jobs.BUNDLED / "drafted" / "crank.stl"
+    crank = jobs.bundled_job(tmp_path).with_name("crank.stl")
     words = ("inspect", crank, "--unit", "mm", "--no-crankpin", "--json", "-")
     assert jobs.run(*words, "--verbose") == 0
     shown = capsys.readouterr()

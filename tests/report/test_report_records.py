@@ -53,6 +53,7 @@ from autobalance.declare import (
 from autobalance.declare.schema import schema_of
 from autobalance.types import Array
 from tests.frozen.outputs import report_differences
+from tests.mutations import knowing_sound_parts
 
 BOUNDS = {"minimum": 0.5, "exclusiveMinimum": 0.5}
 
@@ -321,7 +322,7 @@ def edits(value: Any, schema: Mapping[str, Any], whole: Mapping[str, Any]) -> It
 def test_whatever_is_edited_in_a_report_is_refused(name: str) -> None:
     report = example(registry.loaded(registry.REPORTS[name]))
     schema = ab.schema(name)
-    validator = Draft202012Validator(schema)
+    validator = knowing_sound_parts(Draft202012Validator)(schema)  # an edit leaves most as it was
     assert [each.message for each in validator.iter_errors(report)] == []
     found = list(edits(report, schema, schema))
     assert len(found) > len(schema["properties"])
