@@ -94,18 +94,32 @@ def corners_of(outline: Array, grain_mm: float) -> Array:
     pass.
     """
     points = outline
-    parity, idle = 0, 0
-    while idle < 2 and len(points) > 8:
-        before = preceding(points)
-        along, arm = following(points) - before, points - before
-        length = np.hypot(along[:, 0], along[:, 1])
-        off = np.abs(along[:, 0] * arm[:, 1] - along[:, 1] * arm[:, 0])
-        goes = (off <= grain_mm * length) & (np.arange(len(points)) % 2 == parity)
-        goes[-1] &= not goes[0]
-        idle = 0 if goes.any() else idle + 1
+    parity = 0
+    while len(points) > 8:
+        straight = _in_line(points, grain_mm)
+        if not straight.any():  # in a rough outline hardly one
+            break
+        for first in (parity, 1 - parity):
+            goes = np.zeros(len(points), dtype=bool)
+            goes[first::2] = straight[first::2]
+            goes[-1] &= not goes[0]
+            if goes.any():
+                break
+        else:
+            break
         points = points[~goes]
-        parity = 1 - parity
+        parity = 1 - first
     return points
+
+
+def _in_line(points: Array, grain_mm: float) -> NDArray[np.bool_]:
+    """Mark the corners (k,) of a closed outline on a line between their neighbours."""
+    x, y = np.ascontiguousarray(points.T)
+    before_x, before_y = preceding(x), preceding(y)
+    along_x, along_y = following(x) - before_x, following(y) - before_y
+    off = np.abs(along_x * (y - before_y) - along_y * (x - before_x))
+    within: NDArray[np.bool_] = off <= (grain_mm * np.hypot(along_x, along_y) if grain_mm else 0.0)
+    return within
 
 
 @dataclass(frozen=True, eq=False)
@@ -284,15 +298,17 @@ def _cover(on: NDArray[np.bool_], step: Array, radius: Array) -> Array:
 
 def _circumcircles(a: Array, b: Array, c: Array) -> tuple[Array, Array]:
     """Return centres (k, 2) and radii (k,) of the circles through three points each; huge if in line."""
-    ab, ac = b - a, c - a
-    double = 2.0 * (ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0])
-    flat = np.abs(double) < 1e-12 * (np.abs(ab).max(axis=1) * np.abs(ac).max(axis=1) + 1e-300)
-    double = np.where(flat, 1.0, double)
-    bb, cc = (ab**2).sum(axis=1), (ac**2).sum(axis=1)
-    x = (ac[:, 1] * bb - ab[:, 1] * cc) / double
-    y = (ab[:, 0] * cc - ac[:, 0] * bb) / double
-    radius = np.where(flat, 1e300, np.hypot(x, y))
-    return a + np.stack([x, y], axis=1), np.maximum(radius, 1e-300)
+    (at_x, at_y), (bx, by), (cx, cy) = a.T, (b - a).T, (c - a).T
+    double = 2.0 * (bx * cy - by * cx)
+    b_reach, c_reach = np.maximum(np.abs(bx), np.abs(by)), np.maximum(np.abs(cx), np.abs(cy))
+    flat = np.abs(double) < 1e-12 * (b_reach * c_reach + 1e-300)
+    double[flat] = 1.0
+    bb, cc = bx * bx + by * by, cx * cx + cy * cy
+    x = (cy * bb - by * cc) / double
+    y = (bx * cc - cx * bb) / double
+    radius = np.hypot(x, y)
+    radius[flat] = 1e300
+    return np.stack([at_x + x, at_y + y], axis=1), np.maximum(radius, 1e-300)
 
 
 def fit_circle(points: Array) -> tuple[Array, float]:

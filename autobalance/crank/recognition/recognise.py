@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
+from functools import cache
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from autobalance.crank.recognition.layout import (
     layout_with_pins,
     solid_layout,
 )
-from autobalance.crank.recognition.scan_cylinders import CREDIBLE_MM, RoughMesh
+from autobalance.crank.recognition.scan_cylinders import CREDIBLE_MM, RoughMesh, RoughViews
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise, straightened
 from autobalance.crank.recognition.through_shaft import clear_of
 from autobalance.crank.recognition.typed import NothingThereError, contradictions, typed_and_found
@@ -112,26 +112,33 @@ def _states_anything(overrides: Overrides) -> bool:
 
 def _recognised(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFace]) -> Anatomy:
     mesh = solid.mesh
+    measured = cache(lambda: RoughMesh.of(mesh))
     flat = 1.0 if cylinders else flat_share(mesh, 0)
     if flat < SCANNED and len(mesh.triangles) >= MIN_TRIANGLES:
-        rough = RoughMesh.of(mesh)
+        rough = measured()
         if rough.local_mm > SMOOTH_MESH_SHARE * mesh.diagonal_mm:
             return _scanned_or_waved(rough, overrides, flat)
     elif flat < DRAWN and len(mesh.triangles) >= MIN_TRIANGLES:
-        found_rough = _rough_if_it_is(mesh, overrides, flat)
+        found_rough = _rough_if_it_is(measured, overrides, flat)
         if found_rough is not None:
             return found_rough
-    found = _as_drawn(mesh, overrides, cylinders, flat)
+    found = _as_drawn(mesh, measured, overrides, cylinders, flat)
     if found.scan is not None:
         return _with_grey(found, flat)
     if flat >= SLIGHTLY_WAVED:
         return found
     from autobalance.crank.recognition.scanned import is_rough  # few meshes are that little flat
 
-    return _as_rough_as_it_is(RoughMesh.of(mesh), found, overrides, flat) if is_rough(mesh, found) else found
+    return _as_rough_as_it_is(measured(), found, overrides, flat) if is_rough(mesh, found) else found
 
 
-def _as_drawn(mesh: Mesh, overrides: Overrides, cylinders: Sequence[CylinderFace], flat: float) -> Anatomy:
+def _as_drawn(
+    mesh: Mesh,
+    measured: Callable[[], RoughMesh],
+    overrides: Overrides,
+    cylinders: Sequence[CylinderFace],
+    flat: float,
+) -> Anatomy:
     """Return the crank of a mesh whose surfaces are taken for drawn ones, or for a scan's where none is."""
     axis = given.given_axis(overrides)
     if axis is not None and overrides.crankpins is not None and overrides.main_journals is not None:
@@ -143,16 +150,16 @@ def _as_drawn(mesh: Mesh, overrides: Overrides, cylinders: Sequence[CylinderFace
         if flat >= SLIGHTLY_WAVED or len(mesh.triangles) < MIN_TRIANGLES:
             raise
         reason = refusal
-    rough = RoughMesh.of(mesh)
+    rough = measured()
     try:
         return _waved(rough, overrides, reason)
     except RecognitionError:
         if flat >= DRAWN:
             raise
-    return _with_or_without_pins(overrides, partial(_scanned, rough))
+    return _as_scanned(rough, overrides)
 
 
-def _rough_if_it_is(mesh: Mesh, overrides: Overrides, flat: float) -> Anatomy | None:
+def _rough_if_it_is(measured: Callable[[], RoughMesh], overrides: Overrides, flat: float) -> Anatomy | None:
     """Return the crank of a mesh that is neither like a scan nor like a drawing; None if it is not rough.
 
     Sections clear of its waves tell: each face of a rough one would be a hundred levels to a drawing's.
@@ -160,13 +167,14 @@ def _rough_if_it_is(mesh: Mesh, overrides: Overrides, flat: float) -> Anatomy | 
     from autobalance.crank.recognition.scanned import is_rough  # few meshes are that little flat
 
     with suppress(RecognitionError):
-        rough = RoughMesh.of(mesh)
+        rough = measured()
+        mesh = rough.mesh
         if rough.local_mm <= SMOOTH_MESH_SHARE * mesh.diagonal_mm:
             return None
         with suppress(RecognitionError):
             drawn = _waved(rough, overrides, RecognitionError("not looked for"))
             return _as_rough_as_it_is(rough, drawn, overrides, flat) if is_rough(mesh, drawn) else None
-        found = _with_or_without_pins(overrides, partial(_scanned, rough))
+        found = _as_scanned(rough, overrides)
         return _with_grey(found, flat) if is_rough(mesh, found) else None
     return None
 
@@ -174,7 +182,7 @@ def _rough_if_it_is(mesh: Mesh, overrides: Overrides, flat: float) -> Anatomy | 
 def _scanned_or_waved(rough: RoughMesh, overrides: Overrides, flat: float = 0.0) -> Anatomy:
     """Return a rough crank recognised as a scan, else as a drawn one whose vertices were moved."""
     try:
-        return _with_or_without_pins(overrides, partial(_scanned, rough))
+        return _as_scanned(rough, overrides)
     except RecognitionError as refusal:
         if rough.local_mm > CREDIBLE_MM:  # a scan of a v6, decimated: journals were 0.2 mm off as drawn ones
             raise
@@ -185,7 +193,7 @@ def _scanned_or_waved(rough: RoughMesh, overrides: Overrides, flat: float = 0.0)
 def _as_rough_as_it_is(rough: RoughMesh, drawn: Anatomy, overrides: Overrides, flat: float) -> Anatomy:
     """Return a crank that was recognised as drawn, and whose surface is rough, as a scan if it can be."""
     try:
-        found = _with_or_without_pins(overrides, partial(_scanned, rough))
+        found = _as_scanned(rough, overrides)
     except RecognitionError as refusal:
         return _fallen_back(rough, drawn, overrides, flat, str(refusal))
     counted = [(len(each.main_journals), len(each.throws)) for each in (found, drawn)]
@@ -247,17 +255,22 @@ def _with_or_without_pins(overrides: Overrides, found_with: Callable[[Overrides]
             raise (without if isinstance(reason, GapError) else reason) from None
 
 
-def _scanned(rough: RoughMesh, overrides: Overrides) -> Anatomy:
-    """Return the crank of a scan."""
+def _as_scanned(rough: RoughMesh, overrides: Overrides) -> Anatomy:
+    """Return the crank of a scan, with its crankpins or without; both are sought in the same sections."""
+    views = RoughViews(rough, kept=overrides.crankpin_in_file is None)
+    return _with_or_without_pins(overrides, lambda known: _scanned(views, known))
+
+
+def _scanned(views: RoughViews, overrides: Overrides) -> Anatomy:
     from autobalance.crank.recognition.scanned import rough_directions, scanned_along  # for scans alone
 
-    axis = given.given_axis(overrides)
+    axis, rough = given.given_axis(overrides), views.rough
     directions = rough_directions(rough) if axis is None else iter([axis[1]])
     refusals: list[tuple[int, RecognitionError]] = []
     for direction in directions:
         try:
             return scanned_along(
-                rough,
+                views,
                 given.upright(direction),
                 axis is not None,
                 lambda long, runs: _layout(long, runs, overrides, 0.0),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -244,6 +245,16 @@ class Noise:
 
     def of(self, fit: Fit) -> Array:
         """Return the covariance (k, k) of a fit's values, widened by what is uncertain of the noise."""
+        if fit not in self._known:
+            self._known[fit] = self._covariance(fit)
+        return self._known[fit]
+
+    @cached_property
+    def _known(self) -> dict[Fit, Array]:
+        """What was asked for: an axis' covariance is, at every place along it."""
+        return {}
+
+    def _covariance(self, fit: Fit) -> Array:
         patches = _patches(fit)
         solver = patches.solver
         parts = [

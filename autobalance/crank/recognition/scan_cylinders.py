@@ -297,6 +297,29 @@ class RoughMesh:
         )
 
 
+class RoughViews:
+    """Sections and bare cylinders of a rough mesh along the directions tried, for two searches if ``kept``.
+
+    Turned vertices, most of a view's memory, are not kept, but turned again.
+    """
+
+    def __init__(self, rough: RoughMesh, *, kept: bool) -> None:
+        self.rough, self._is_kept = rough, kept
+        self._known: dict[bytes, tuple[SectionStack, list[CylinderRun]]] = {}
+
+    def along(self, direction: Array) -> tuple[SectionStack, list[CylinderRun]]:
+        """Return the sections along a direction (3,), and their bare cylinders."""
+        key = direction.tobytes()
+        if key in self._known:
+            flat, runs = self._known[key]
+            return replace(flat, vertices=rotated(self.rough.mesh.vertices, flat.turn)), runs
+        long = rough_stack(self.rough.mesh, direction, self.rough.slack_mm)
+        runs = rough_runs(long)
+        if self._is_kept:
+            self._known[key] = replace(long, vertices=np.zeros((0, 3))), runs
+        return long, runs
+
+
 @dataclass(frozen=True, eq=False)
 class RoughCylinder:
     """A fitted cylinder, its points, and the fit.

@@ -35,13 +35,12 @@ from autobalance.crank.recognition.scan_cylinders import (
     STEP_MM,
     RoughCylinder,
     RoughMesh,
+    RoughViews,
     covered_share,
     cylinder_region,
     fitted_bore,
     fitted_bores,
     fitted_cylinder,
-    rough_runs,
-    rough_stack,
 )
 from autobalance.crank.recognition.scan_planes import FittedCrank, rough_planes, scan_fit, scanned_face
 from autobalance.crank.recognition.section_stack import SectionStack, rotated, turn_to_z
@@ -86,7 +85,7 @@ def rough_directions(rough: RoughMesh) -> Iterator[Array]:
 
 
 def scanned_along(
-    rough: RoughMesh, direction: Array, fixed: bool, layout_of: Layouts, finish: Finish, bores: bool = False
+    views: RoughViews, direction: Array, fixed: bool, layout_of: Layouts, finish: Finish, bores: bool = False
 ) -> Anatomy:
     """Return a scanned crank along a direction (3,), which is refined unless it is ``fixed``.
 
@@ -97,10 +96,11 @@ def scanned_along(
     ------
     RecognitionError If there is no layout, or it does not explain the surface.
     """
+    rough = views.rough
     slack = rough.slack_mm
     for _ in range(4):
-        long = rough_stack(rough.mesh, direction, slack)
-        layout = layout_of(long, rough_runs(long))
+        long, runs = views.along(direction)
+        layout = layout_of(long, runs)
         normals = rough.directions @ long.turn[:3, :3].T
         side = -1.0 if layout.bored else 1.0
         journals = [cylinder_region(rough, long, normals, run, slack, side) for run in layout.journals]
