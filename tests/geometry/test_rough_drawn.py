@@ -69,7 +69,7 @@ def _errors_and_bars(there: Scan, crank: ab.Crank) -> list[tuple[float, float]]:
 @pytest.mark.parametrize("sigma_mm", [0.003, 0.005, 0.008, 0.012] if SWEPT else [0.003, 0.008, 0.012])
 def test_the_bar_holds_on_both_sides_of_what_looks_scanned(sigma_mm: float) -> None:
     """Slivers lie flat beside each other: by them alone 3 µm is a drawing and 12 µm a scan."""
-    there = split_scan(WITHOUT_NOSE, sigma_mm, edge_mm=3.5, segments=260, seed=3)
+    there = split_scan(WITHOUT_NOSE, sigma_mm, edge_mm=6.0, segments=170, seed=3)
     assert (flat_share(there.mesh) < SCANNED) == (sigma_mm > 0.01)
     crank = ab.crank_from_mesh(there.mesh.vertices, there.mesh.triangles, DENSITY_KG_M3)
     found = crank.measured.anatomy
@@ -120,7 +120,7 @@ def test_a_split_drawing_without_waves_stays_drawn() -> None:
 def test_a_rough_crank_found_as_a_drawn_one_keeps_its_roughness(monkeypatch: pytest.MonkeyPatch) -> None:
     """The scan's recognition refuses; what the drawn one finds is fitted, counted and told."""
     sigma_mm = 0.003
-    there = split_scan(WITHOUT_NOSE, sigma_mm, edge_mm=3.5, segments=260, seed=4)
+    there = split_scan(WITHOUT_NOSE, sigma_mm, edge_mm=6.0, segments=170, seed=4)
     as_scan = recognise(Solid.from_mesh(there.mesh), Overrides())
 
     def refused(*_: object, **__: object) -> Anatomy:
