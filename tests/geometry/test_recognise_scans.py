@@ -27,7 +27,8 @@ from autobalance.solid.roughness import DRAWN, SCANNED, flat_share, local_roughn
 from tests.generated import generated_crank
 from tests.scans import Scan, Wear, decimated, scan, wrong_part
 
-EDGE_MM = 2.2
+EDGE_MM, KEYWAY_EDGE_MM = 2.8, 2.2
+"""Edges of scans, and of those whose keyway is looked at."""
 ANY = Overrides(crankpin_in_file=None)
 QUIET_MM = 0.005
 SURE = 3.0
@@ -37,7 +38,7 @@ SURE = 3.0
 @cache
 def _quiet() -> Scan:
     """Return a scan of a single with little noise."""
-    return scan("single", QUIET_MM, edge_mm=EDGE_MM, seed=0)
+    return scan("single", QUIET_MM, edge_mm=KEYWAY_EDGE_MM, seed=0)
 
 
 @cache
@@ -112,7 +113,7 @@ def _compare(there: Scan, mesh: Mesh, sigma_mm: float) -> tuple[Anatomy, ScanFit
 
 @pytest.mark.parametrize("sigma_mm", [QUIET_MM, 0.05])
 def test_a_scanned_crank_is_found_to_a_fraction_of_its_noise(sigma_mm: float) -> None:
-    there = _quiet() if sigma_mm == QUIET_MM else scan("single", sigma_mm, edge_mm=EDGE_MM, seed=1)
+    there = _quiet() if sigma_mm == QUIET_MM else scan("single", sigma_mm, edge_mm=KEYWAY_EDGE_MM, seed=1)
     found, fit = _compare(there, there.mesh, sigma_mm)
     _rims(found, fit, 52.0, sigma_mm)
     assert found.datums is not None
@@ -184,7 +185,7 @@ def test_a_bent_crank_is_named() -> None:
 def test_what_main_journals_of_a_bent_scan_run_out_is_told() -> None:
     """Bent to a parabola along the whole crank; each journal's own arm of the dial, by hand."""
     bow = 0.6
-    there = scan("inline-3", 0.02, edge_mm=2.6, wear=Wear(bow_mm=bow), seed=0)
+    there = scan("inline-3", 0.02, edge_mm=3.4, wear=Wear(bow_mm=bow), seed=0)
     found, fit = _recognised(there.mesh)
     assert (len(found.main_journals), len(found.throws), len(found.webs)) == (4, 3, 6)
     _same_places(found, there.truth)
@@ -203,7 +204,7 @@ def test_what_main_journals_of_a_bent_scan_run_out_is_told() -> None:
 
 
 def test_a_scanned_flange_is_found_with_its_face_and_its_holes() -> None:
-    there = scan("parallel-twin-360", 0.02, edge_mm=2.2, seed=0)
+    there = scan("parallel-twin-360", 0.02, edge_mm=EDGE_MM, seed=0)
     found, _ = _recognised(there.mesh)
     assert found.datums is not None
     (flange,) = found.datums.flanges
@@ -230,7 +231,7 @@ def test_a_step_on_a_web_is_its_end_and_a_collar_beside_it_is_named() -> None:
     """A boss of 1.4 mm on the second web's shoulder, of less area than that, was passed over; collars about
     the crankpin, too narrow to be faces, were taken for fillets, and nothing said so."""
     boss, collars = (-35.0, 78.0, 83.4, 12.0), [(29.0, 40.0, 41.6, 19.0), (29.0, 62.4, 64.0, 19.0)]
-    there = scan("single", 0.02, edge_mm=2.2, wear=Wear(collars=(boss, *collars)), seed=0)
+    there = scan("single", 0.02, edge_mm=EDGE_MM, wear=Wear(collars=(boss, *collars)), seed=0)
     found, fit = _recognised(there.mesh)
     (one, other), middle = found.webs, 52.0
     assert other.z_max_mm == pytest.approx(83.4 - middle, abs=0.03)
@@ -279,9 +280,9 @@ def test_a_cylinder_without_length_covers_nothing() -> None:
     assert covered_share(rough, long, rough.directions, run, rough.slack_mm) == 0.0
 
 
-@pytest.mark.parametrize("name", ["camshaft", "propeller shaft"])
-def test_a_part_that_is_no_crank_is_refused(name: str) -> None:
-    mesh = mesh_of_soup(wrong_part(name, 0.03, edge_mm=2.4, seed=1).corners.astype(np.float32))
+@pytest.mark.parametrize(("name", "edge_mm"), [("camshaft", 2.4), ("propeller shaft", 3.2)])
+def test_a_part_that_is_no_crank_is_refused(name: str, edge_mm: float) -> None:
+    mesh = mesh_of_soup(wrong_part(name, 0.03, edge_mm=edge_mm, seed=1).corners.astype(np.float32))
     with pytest.raises(RecognitionError, match=r"\. (Set|Scan) "):
         recognise(Solid.from_mesh(mesh), ANY)
 

@@ -31,7 +31,7 @@ def places_and_sizes(pins: Sequence[Bare]) -> list[float]:
 @pytest.mark.parametrize(
     ("kind", "edge_mm", "sigma_mm"),
     [
-        ("eccentrics beside a shaft", 1.0, SIGMA_MM),
+        ("eccentrics beside a shaft", 1.8, SIGMA_MM),
         ("hollow journals and crankpins", 1.5, SIGMA_MM),
         ("hollow journals and crankpins", 1.5, 0.05),
     ],
@@ -40,7 +40,7 @@ def test_ends_are_where_the_faces_are(kind: str, edge_mm: float, sigma_mm: float
     """A shaft goes on past an eccentric's face, and a few points of a bore are as far from a journal's axis
     as its surface is: ends were up to 1.5 mm off, several standard errors. The bottom of a journal's bore was
     taken for its web's face, and the journal was 2 mm too wide."""
-    odd = KINDS[kind](160)
+    odd = KINDS[kind](72)
     found = recognise(Solid.from_mesh(split_mesh(odd.mesh, sigma_mm, edge_mm=edge_mm, seed=1)), Overrides())
     assert found.scan is not None
     upward = found.rotor_to_file[2, 2] > 0.0
@@ -68,8 +68,8 @@ def test_an_end_that_no_face_tells_is_as_uncertain_as_its_points_are_apart() -> 
 @pytest.mark.parametrize(("sigma_mm", "boss_mm"), [(0.02, 0.0), (0.05, 2.0)])
 def test_a_scanned_arm_turns_about_its_bore(sigma_mm: float, boss_mm: float) -> None:
     """Its stub was the main journal, and the bore, or the boss around it, the crankpin."""
-    odd = bored_arm(160, boss=boss_mm)
-    found = scanned(odd, sigma_mm)
+    odd = bored_arm(96, boss=boss_mm)
+    found = scanned(odd, sigma_mm, edge_mm=1.4)
     assert found.scan is not None
     (journal,), (pin,) = in_file(found)
     (fit,), (own,) = found.scan.journals, found.scan.crankpins

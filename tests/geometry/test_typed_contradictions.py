@@ -76,7 +76,7 @@ class Case:
 
 
 @lru_cache(maxsize=8)
-def case(name: str, segments: int = 48) -> Case:
+def case(name: str, segments: int = 24) -> Case:
     made = generated_crank(name, segments=segments, placement=PLACE)
     return Case(made.mesh.vertices, made.mesh.triangles, made.truth)
 
@@ -304,7 +304,7 @@ def test_true_surfaces_are_compared_as_well(tmp_path: Path) -> None:
     ids=["axis", "journals"],
 )
 def test_a_refusal_for_what_was_typed_says_so(hints: Callable[[Case], Hints], words: list[str]) -> None:
-    made = case("inline-4")
+    made = case("inline-4", 48)
     with pytest.raises(RecognitionError, match=r"contradicts the file|covers a quarter") as refused:
         made.read(**hints(made))
     assert all(word in str(refused.value) for word in words), refused.value
