@@ -86,14 +86,15 @@ def _vectors(change: Moments, places: Places) -> Array:
 class Patches:
     """A scan's surface as patches: middles (p, 3) and areas (p,) [mm, mm²], and the diagonal of its box.
 
-    ``mass_noise`` keeps the variance of the mass by fit and density: the table of distances takes long, and
-    the noise of the unbalance needs it as well.
+    ``mass_noise`` keeps the variance of the mass by fit and density, ``noise`` the covariance of the
+    unbalance by these and the planes: the table of distances takes long, and both need it.
     """
 
     middle: Array
     area: Array
     diagonal_mm: float
     mass_noise: dict[tuple[ScanFit, float], float] = field(default_factory=dict, repr=False)
+    noise: dict[tuple[ScanFit, float, Places], Array] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(cls, mesh: Mesh) -> Patches:
@@ -140,9 +141,12 @@ def scan_uncertainty(
         leaves open of them.
     """
     levers = _levers(surface, places) * density_g_mm3
-    even = np.full((1, len(surface.area)), density_g_mm3)
-    noise, mass = _noise_covariances(surface, fit, levers, even)
-    surface.mass_noise[fit, density_g_mm3] = float(mass[0, 0])
+    noise = surface.noise.get((fit, density_g_mm3, places))
+    if noise is None:
+        even = np.full((1, len(surface.area)), density_g_mm3)
+        noise, mass = _noise_covariances(surface, fit, levers, even)
+        surface.noise[fit, density_g_mm3, places] = noise
+        surface.mass_noise[fit, density_g_mm3] = float(mass[0, 0])
     if skin_and_scale is None:
         skin_and_scale = _open(surface, fit, accuracy_mm)
     acting = np.stack([levers @ surface.area, 4.0 * _vectors(crank, places)], axis=1)
