@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from itertools import pairwise
 
+from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.csg.shape import (
     Arc,
     Joined,
@@ -16,7 +18,11 @@ from autobalance.solid.csg.shape import (
     Shape,
     circle,
     polygon,
+    tessellated,
 )
+from autobalance.solid.csg.solid import Solid
+
+DENSITY = 7.85e-3
 
 PIN_MM, SHAFT_MM, HALF_MM = 26.0, 15.0, 15.0
 
@@ -64,3 +70,16 @@ BLUNT: dict[str, Shape] = {
     "rims of four cones": single(*both([(0, 15), (40, 15), (50, 17), (52, 25), (50, 33), (40, 35), (0, 35)])),
 }
 """Each symmetric about z = 0, with shoulders that overlap."""
+
+
+@cache
+def blunt(name: str, segments: int) -> Solid:
+    """Return such a crank as triangles, for all tests that ask for it once."""
+    return tessellated(BLUNT[name], segments)
+
+
+@cache
+def true_moments(name: str) -> Moments:
+    """Return its moments without facets: the limit of two tessellations, each arc's parts halved."""
+    coarse, fine = (tessellated(BLUNT[name], 192, times).moments(DENSITY) for times in (1, 2))
+    return fine.scaled(4.0 / 3.0) - coarse.scaled(1.0 / 3.0)

@@ -12,7 +12,7 @@ from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array
 
-SEGMENTS = 96
+SEGMENTS = 48
 
 
 @dataclass(frozen=True)

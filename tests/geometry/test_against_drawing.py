@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -39,9 +40,20 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_a_scan_is_held_against_its_drawing(folder: Path) -> None:
-    result = ab.inspect(folder / "scan.stl", unit="mm", against=folder / "drawing.stl")
-    against, crank = result.report["against"], result.report["crank"]
+def test_a_scan_is_held_against_its_drawing_and_the_command_writes_a_coloured_picture(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    picture, drawing, values = folder / "scan.png", folder / "drawing.stl", folder / "scan.json"
+    words = ("inspect", folder / "scan.stl", "--unit", "mm", "--against", drawing)
+    assert jobs.run(*words, "--picture", picture, "--json", values) == 0
+    said = capsys.readouterr().out
+    assert "Against " in said
+    assert "farthest off" in said
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    width, height = (int.from_bytes(picture.read_bytes()[at : at + 4]) for at in (16, 20))
+    assert (width, height) == (1200, 1600)
+    report = json.loads(values.read_text(encoding="utf-8"))
+    against, crank = report["against"], report["crank"]
     assert against["mean_mm"] == pytest.approx(SKIN_MM, abs=0.02)
     assert SKIN_MM < against["rms_mm"] < 0.3
     assert against["rms_mm"] < against["p95_mm"] + 0.1 < 0.4
@@ -51,19 +63,8 @@ def test_a_scan_is_held_against_its_drawing(folder: Path) -> None:
     assert against["mass_g"] == pytest.approx(drawn["crank"]["mass_g"])
     assert against["mass_difference_g"] == pytest.approx(crank["mass_g"] - drawn["crank"]["mass_g"])
     assert np.hypot(*against["unbalance_g_mm"]) == pytest.approx(drawn["initial"]["magnitude_g_mm"], rel=1e-6)
-    off = np.subtract(result.report["initial"]["unbalance_g_mm"], against["unbalance_g_mm"])
+    off = np.subtract(report["initial"]["unbalance_g_mm"], against["unbalance_g_mm"])
     assert against["unbalance_difference_g_mm"] == pytest.approx(off.tolist())
-    assert "farthest off" in result.text()
-
-
-def test_the_command_writes_a_coloured_picture(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    picture, drawing = folder / "scan.png", folder / "drawing.stl"
-    words = ("inspect", folder / "scan.stl", "--unit", "mm", "--against", drawing, "--picture", picture)
-    assert jobs.run(*words) == 0
-    assert "Against " in capsys.readouterr().out
-    assert picture.read_bytes().startswith(b"\x89PNG")
-    width, height = (int.from_bytes(picture.read_bytes()[at : at + 4]) for at in (16, 20))
-    assert (width, height) == (1200, 1600)
 
 
 def test_a_surface_stands_off_what_was_recognised_by_its_noise(folder: Path) -> None:
@@ -91,7 +92,9 @@ def test_a_dent_in_a_rim_stands_off_it_and_the_page_shows_the_surface(folder: Pa
 
 def test_a_crank_against_itself_differs_by_nothing(folder: Path) -> None:
     crank = ab.read_crank(folder / "drawing.stl", unit="mm")
-    against = ab.inspect(crank, against=crank).report["against"]
+    result = ab.inspect(crank, against=crank)
+    against = result.report["against"]
+    assert "farthest off" in result.text()
     assert against["rms_mm"] < 0.01
     assert against["mass_difference_g"] == 0.0
     assert Solid.from_mesh(crank.measured.source.solid.mesh).volume_mm3 == pytest.approx(

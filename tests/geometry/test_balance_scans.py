@@ -45,7 +45,7 @@ def recognised() -> tuple[Mesh, Anatomy]:
 
 @pytest.mark.parametrize("rounded_mm", [0.5, 0.0])
 def test_facets_that_cut_edges_off_are_estimated_within_their_bar(rounded_mm: float) -> None:
-    """Against triangles of two thirds of the size, without noise: journals lie on cylinders as drawn ones do."""
+    """Against triangles two thirds as large, without noise: journals lie on cylinders as drawn ones do."""
     fine, coarse = (
         scan("single", 0.0, edge_mm=edge, wear=Wear(edge_mm=rounded_mm)) for edge in (FINE_MM, EDGE_MM)
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -15,20 +14,14 @@ from autobalance.drawn_cranks.generate import exact_moments
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
 from autobalance.solid.csg.shape import Arc, Line, Outline, Prism, Revolved, circle, tessellated
-from tests.blunt import BLUNT
+from tests.blunt import BLUNT, DENSITY, blunt
+from tests.blunt import true_moments as truth
 from tests.generated import drawn, true_moments
 
-DENSITY = 7.85e-3
 TIMES = 10.0
 """What facets are told to hide at most, over what they do."""
 UNSURE = 2e-7
 """Share of the mass that the limit of two tessellations may be off by."""
-
-
-@lru_cache(maxsize=16)
-def truth(name: str) -> Moments:
-    coarse, fine = (tessellated(BLUNT[name], 192, times).moments(DENSITY) for times in (1, 2))
-    return fine.scaled(4.0 / 3.0) - coarse.scaled(1.0 / 3.0)
 
 
 def unbalance(moments: Moments) -> float:
@@ -40,7 +33,7 @@ def test_blunt_edges_are_no_arcs(name: str) -> None:
     """At 24 segments some may be, and the bar says so; of finer meshes it is a few times what they hide."""
     bars = []
     for segments in (24, 48, 96, 192, 400):
-        solid = tessellated(BLUNT[name], segments)
+        solid = blunt(name, segments)
         hidden = truth(name) - solid.moments(DENSITY)
         error = estimate_chordal_error(solid.mesh, DENSITY)
         left = hidden - error.missing
@@ -82,7 +75,7 @@ def test_cranks_whose_throws_cancel_are_known_as_well(name: str, segments: int) 
 @pytest.mark.parametrize("segments", [48, 64])
 def test_planes_that_go_over_into_an_arc_are_no_chords(name: str, segments: int) -> None:
     """Two or three planes turn by as much as the mesh's chords: 290 g·mm, but for how they meet the boss."""
-    solid = tessellated(BLUNT[name], segments)
+    solid = blunt(name, segments)
     error = estimate_chordal_error(solid.mesh, DENSITY)
     left = truth(name) - solid.moments(DENSITY) - error.missing
     assert unbalance(left) <= error.unbalance_bar_g_mm + 1e-4
@@ -108,7 +101,7 @@ def test_a_rim_of_cones_is_no_torus() -> None:
     """Three points lie on any arc: two cones in a row once hid 28 g that are not there, at any fineness."""
     name = "rims of four cones"
     for segments in (48, 96):
-        solid = tessellated(BLUNT[name], segments)
+        solid = blunt(name, segments)
         error = estimate_chordal_error(solid.mesh, DENSITY)
         left = truth(name) - solid.moments(DENSITY) - error.missing
         assert abs(left.mass_g) < 0.05

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -14,7 +13,6 @@ import trimesh
 
 from autobalance.drawn_cranks.design import preset
 from autobalance.drawn_cranks.generate import exact_moments
-from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.solid.chordal_error import of_mesh
 from autobalance.solid.chordal_error.estimate import ChordalError, chordal_error_of, estimate_chordal_error
 from autobalance.solid.chordal_error.look import lies_on, look_at
@@ -34,18 +32,13 @@ from autobalance.solid.csg.shape import (
 )
 from autobalance.solid.mesh.measure import mesh_moments
 from autobalance.solid.mesh.mesh import Mesh
-from tests.blunt import BLUNT
+from tests.blunt import BLUNT, blunt
+from tests.blunt import true_moments as limit
 from tests.generated import drawn, true_moments
 from tests.jobs import computed, whole_job
 
 TRUTH_SHARE, REACH_MM = 2e-7, 10.0
 """Share of the mass that the limit of two tessellations may be off by, so far from the axis together."""
-
-
-@lru_cache(maxsize=16)
-def limit(name: str) -> Moments:
-    coarse, fine = (tessellated(BLUNT[name], 192, times).moments(7.85e-3) for times in (1, 2))
-    return fine.scaled(4.0 / 3.0) - coarse.scaled(1.0 / 3.0)
 
 
 def from_samples(mesh: Mesh, density_g_mm3: float = 1.0) -> ChordalError:
@@ -109,7 +102,7 @@ def test_the_bar_falls_with_every_finer_mesh(name: str, fillet_mm: float | None)
 @pytest.mark.parametrize("name", BLUNT)
 def test_blunt_edges_are_no_chords(name: str, segments: int) -> None:
     """Cones around a plane told of 54 g that are not there, flanks that lean by 12° of 4 g: ± 2 and 0.2 g."""
-    solid = tessellated(BLUNT[name], segments)
+    solid = blunt(name, segments)
     hidden = limit(name) - solid.moments(7.85e-3)
     error = from_samples(solid.mesh, 7.85e-3)
     left = hidden - error.missing

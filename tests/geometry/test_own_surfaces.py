@@ -32,6 +32,12 @@ def step_crank(folder: Path, preset: str, placement: np.ndarray) -> Source:
     return read(path, None)
 
 
+@pytest.fixture(scope="module")
+def single(tmp_path_factory: pytest.TempPathFactory) -> Source:
+    with coarse_facets():
+        return step_crank(tmp_path_factory.mktemp("single"), "single", np.eye(4))
+
+
 def hints(preset: str) -> Overrides:
     return Overrides(crankpin_in_file="no-pin" not in preset)
 
@@ -61,9 +67,8 @@ def test_nothing_is_fitted(tmp_path: Path, preset: str, seed: int) -> None:
 
 @pytest.mark.slow
 @needs_kernel
-def test_faces_have_the_ids_they_have_in_triangles_and_planes_of_their_own(tmp_path: Path) -> None:
-    with coarse_facets():
-        source = step_crank(tmp_path, "single", np.eye(4))
+def test_faces_have_the_ids_they_have_in_triangles_and_planes_of_their_own(single: Source) -> None:
+    source = single
     assert source.surfaces is not None
     anatomy = recognise(source.solid, hints("single"), source.surfaces.cylinders)
     fitted = {face.id: face for face in find_faces(source.solid.mesh, anatomy)}
@@ -82,9 +87,8 @@ def test_faces_have_the_ids_they_have_in_triangles_and_planes_of_their_own(tmp_p
 
 @pytest.mark.slow
 @needs_kernel
-def test_what_the_job_gives_is_taken_from_the_job(tmp_path: Path) -> None:
-    with coarse_facets():
-        source = step_crank(tmp_path, "single", np.eye(4))
+def test_what_the_job_gives_is_taken_from_the_job(single: Source) -> None:
+    source = single
     assert source.surfaces is not None
     tilted = np.array([1e-5, 0.0, 1.0])
     given = Overrides(axis_direction=tilted, axis_point_mm=np.zeros(3))
