@@ -203,6 +203,39 @@ def test_a_polar_that_is_on_its_way_is_not_asked_for_again(page: Browser) -> Non
     assert len(asked) == len(set(asked)), asked
 
 
+COUNTED = """
+const told = Date.prototype.toLocaleString, fetched = window.fetch;
+window.drawn = window.listed = 0; // times of results are told anew whenever the page is drawn
+window.last = performance.now();
+Date.prototype.toLocaleString = function (...how) {
+  window.drawn++;
+  window.last = performance.now();
+  return told.apply(this, how);
+};
+window.fetch = async (path, options) => {
+  const answer = await fetched(path, options);
+  if (path === "/api/runs") window.listed++;
+  return answer;
+};
+"""
+
+
+def test_a_list_of_runs_that_is_as_it_was_draws_nothing(page: Browser) -> None:
+    """While a run goes on the page asks eight times a second how far it is."""
+    page.run(COUNTED)
+    until(
+        page, "return performance.now() - window.last > 1000", most_s=20.0
+    )  # all that a load brings is drawn
+    page.run("window.drawn = 0")
+    for times in (1, 2, 3):
+        page.run("window.dispatchEvent(new Event('focus'))")
+        until(page, "return window.listed === arguments[0]", times, most_s=20.0)
+    assert page.run("return window.drawn") == 0
+    page.click_on(at("tab-parts"))
+    page.click_on(at("more-columns"))
+    until(page, "return window.drawn > 0", most_s=20.0)
+
+
 PAINTED = """
 const paint = performance.getEntriesByType("paint").find(each => each.name === "first-contentful-paint");
 return paint ? paint.startTime / 1000 : null;

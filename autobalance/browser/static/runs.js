@@ -53,7 +53,11 @@ async function poll() {
   }
 }
 
+let heard = ""; // what was listed last: while a run goes on the same comes again and again, and nothing is drawn for it
 export function list(runs) {
+  const news = JSON.stringify([newest, runs]);
+  if (news === heard) return;
+  heard = news;
   const going = runs.filter((each) => !ENDED.includes(each.state));
   const shown = going.find((each) => each.id === newest) || going[going.length - 1];
   const last = shown || runs.find((each) => each.id === newest) || runs.findLast((each) => each.verb !== "inspect") || runs.at(-1);
