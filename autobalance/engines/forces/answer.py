@@ -327,13 +327,14 @@ def stack(wanted_g: float, washers_g: Sequence[float]) -> tuple[dict[float, int]
     top = math.ceil((rest + heaviest) / step)
     fewest, last = np.full(top + 1, np.iinfo(np.int64).max // 2), np.full(top + 1, -1)
     fewest[0] = 0
-    for k, long in enumerate(steps):
-        for start in range(min(long, top + 1)):  # along each chain of equal remainders, in one sweep
-            chain = fewest[start::long]
-            counts = np.minimum.accumulate(chain - np.arange(len(chain))) + np.arange(len(chain))
-            better = counts < chain
-            fewest[start::long][better] = counts[better]
-            last[start::long][better] = k
+    for k, long in enumerate(steps.tolist()):
+        rows = top // long + 1  # a column for each chain of equal remainders, filled up at its end
+        chains = np.concatenate([fewest, np.full(rows * long - (top + 1), fewest[-1])]).reshape(rows, long)
+        washers = np.arange(rows)[:, None]
+        counts = np.minimum.accumulate(chains - washers, axis=0) + washers
+        counts = counts.reshape(-1)[: top + 1]
+        better = counts < fewest
+        fewest[better], last[better] = counts[better], k
     reached = np.flatnonzero(fewest < np.iinfo(np.int64).max // 2)
     away = np.abs(reached * step - rest)
     best = int(reached[np.lexsort((fewest[reached], np.round(away / step)))[0]])
