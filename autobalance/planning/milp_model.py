@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -218,22 +219,20 @@ class MilpModel:
         Of a site's cuts one is made at most. So where any of some others is made, all weight lies above the
         depth that the most lenient of them allows; one row for each that may be it.
         """
-        here = sorted({k for k, _ in most_mm})
+        here, there = (sorted(set(cuts)) for cuts in zip(*most_mm, strict=True))
+        most = np.array([[most_mm.get((k, other), math.inf) for k in here] for other in there]) + 1e-9
+        no_deeper = (most[None] - 1e-9 <= most[:, None]).all(axis=2)
+        from_column = [
+            (self.first[k] + np.searchsorted(self.tables[k], limits, "right")).tolist()
+            for k, limits in zip(here, most.T, strict=True)
+        ]
+        ends = self.first[1:][here].tolist()
         rows: set[tuple[tuple[int, ...], tuple[int, ...]]] = set()
-        for lenient in sorted({other for _, other in most_mm}):
-            bound = {k: most_mm[k, lenient] for k in here if (k, lenient) in most_mm}
-            others = [
-                other
-                for other in sorted({other for _, other in most_mm})
-                if all(most_mm.get((k, other), math.inf) <= most + 1e-9 for k, most in bound.items())
-            ]
-            deeper = [
-                int(self.first[k] + n)
-                for k, most in bound.items()
-                for n in np.flatnonzero(self.tables[k] > most + 1e-9)
-            ]
-            if deeper:
-                rows.add((tuple(deeper), tuple(others)))
+        for lenient, begins in enumerate(zip(*from_column, strict=True)):
+            deeper = chain.from_iterable(map(range, begins, ends))
+            others = [there[place] for place in np.flatnonzero(no_deeper[lenient]).tolist()]
+            if columns := tuple(deeper):
+                rows.add((columns, tuple(others)))
         for deeper_columns, beside in sorted(rows):
             columns = [*deeper_columns, *(self.switch + other for other in beside)]
             self._add(columns, [1.0] * len(columns), -math.inf, 1.0)
