@@ -29,15 +29,17 @@ from autobalance.profile_search.candidates import (
     judged,
     with_refined,
 )
-from autobalance.profile_search.free_metal import free_metal
+from autobalance.profile_search.envelope import Amounts
+from autobalance.profile_search.free_metal import FreeMetal, free_metal
 from autobalance.profile_search.input import load_design
 from autobalance.profile_search.level_sets import CLOSENESS_STEPS, begun, level_set_for_balance, level_sets
 from autobalance.profile_search.problem import MAX_SHARE, Problem
 from autobalance.profile_search.search import Generation, judged_start, searched
 from autobalance.profile_search.verb import design
-from autobalance.profile_search.written import design_step, with_profiles
+from autobalance.profile_search.written import design_step, free_body, with_profiles
 from autobalance.rigid_rotor.unbalance import Moments
 from autobalance.runtime import Stopwatch
+from autobalance.solid.cad import installed
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.files import read_step_file
 from autobalance.solid.csg.solid import Solid
@@ -180,12 +182,22 @@ def test_why_there_is_no_whole_step_file_is_said(file: str, said: str) -> None:
     assert said in note
 
 
+def held_error(free: FreeMetal, solid: Solid, amounts: Amounts) -> float:
+    """Return the change of the held volume in a design's solid, as a share."""
+    added = Solid.nothing()
+    for web in free.webs:
+        part = web.part
+        added = added + free_body(free, web, amounts.radii_mm[part], amounts.thickness_mm[part])
+    return (solid - free.region - added).volume_mm3 / free.held.volume_mm3 - 1.0
+
+
 def test_held_metal_is_found_again(tmp_path: Path, crank: bytes) -> None:
     problem = problem_of(tmp_path, DESIGN, crank)
     free = problem.free
     for radius in (33.0, 60.0):
-        solid, error = with_profiles(free, [np.full(7, radius)], [None])
-        assert abs(error) < 1e-6
+        amounts = Amounts((np.full(7, radius),), (None,))
+        solid = with_profiles(free, amounts.radii_mm, amounts.thickness_mm)
+        assert abs(held_error(free, solid, amounts)) < 1e-6
         area = free.profiles[0].moments(np.full(7, radius))[0].area_mm2
         assert solid.volume_mm3 == pytest.approx(free.held.volume_mm3 + 2.0 * 18.0 * area, rel=5e-6)
 
@@ -202,8 +214,8 @@ def test_draft_corners_holes_and_drillings_count_as_they_are_made(tmp_path: Path
     problem = problem_of(tmp_path, text, crank)
     variables = np.array([52.0, 55.0, 54.0, 57.0, 15.0])
     amounts = problem.amounts(variables)
-    solid, error = with_profiles(problem.free, amounts.radii_mm, amounts.thickness_mm)
-    assert abs(error) < 1e-6
+    solid = with_profiles(problem.free, amounts.radii_mm, amounts.thickness_mm)
+    assert abs(held_error(problem.free, solid, amounts)) < 1e-6
     made, slopes = problem.moments(variables)
     cut = solid.moments(problem.crank.density_g_mm3)
     assert made.mass_g == pytest.approx(cut.mass_g, rel=2e-6)
@@ -299,7 +311,7 @@ def test_loads_stress_and_frequency_are_those_of_the_solid(
     light, heavy = (problem.moments(np.full(4, radius))[0] for radius in (45.0, 60.0))
     loads = [problem.objectives(each, {})["greatest_main_load_N"] for each in (light, heavy)]
     assert loads[0] != pytest.approx(loads[1], rel=1e-3)
-    solid = with_profiles(problem.free, [np.full(7, 60.0)], [None])[0]
+    solid = with_profiles(problem.free, [np.full(7, 60.0)], [None])
     strengths = problem.strengths(heavy, solid)
     assert strengths["first_frequency_hz"] == pytest.approx(FINE_HZ, rel=0.02)
     assert 10.0 < strengths["greatest_stress_MPa"] < 100.0
@@ -414,6 +426,13 @@ def test_a_search_that_was_stopped_goes_on_to_the_same_end(found: tuple[Path, di
     assert len((folder / "again" / "search.jsonl").read_text("utf-8").splitlines()) == 1
 
 
+@pytest.fixture
+def no_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Write no STEP file of a design: it takes as long as the search."""
+    monkeypatch.setattr(installed, "has_kernel", lambda: False)
+
+
+@pytest.mark.usefixtures("no_kernel")
 def test_no_design_that_keeps_everything_says_what_to_release(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], crank: bytes
 ) -> None:
@@ -498,8 +517,8 @@ def test_a_front_begins_at_the_least_metal_and_trades_it_for_inertia(tmp_path: P
 def test_points_that_gather_too_near_are_left_where_they_are(tmp_path: Path, crank: bytes) -> None:
     """One of four ways to gather ten points leaves them no radius: the search ended in a traceback."""
     text = LIGHT.replace("points = 12", "points = 10") + SMALL_SEARCH.replace("64.0", "60.0")
-    report = design(written(tmp_path, text, crank), workers=1).report
-    assert report["outcome"] == "found"
+    problem = problem_of(tmp_path, text, crank)
+    assert chosen(with_refined(searched(problem, [], no_file))).kept
 
 
 def test_gathered_control_points_keep_the_outline_off_the_hold_radius(tmp_path: Path, crank: bytes) -> None:
@@ -550,6 +569,7 @@ def test_webs_of_one_profile_that_cannot_take_a_couple_are_told_what_helps(
     assert solids.written(plain, variables).used_share <= MAX_SHARE < least_violated.used_share
 
 
+@pytest.mark.usefixtures("no_kernel")
 def test_where_nothing_that_is_tried_helps_it_says_so(tmp_path: Path, crank: bytes) -> None:
     heavy = COUPLE.replace("-400.0", "-90000.0")
     text = LIGHT.replace("[balance]", heavy + "[balance]") + SMALL_SEARCH + "refine = false\n"

@@ -119,7 +119,7 @@ def _analysed_task(task: tuple[Any, Array]) -> Analysed:
     """Return a design's finite-element results to six digits (a mesh is worth four); none without a mesh."""
     problem, variables = problem_of(task[0]), task[1]
     amounts = problem.amounts(variables)
-    solid = with_profiles(problem.free, amounts.radii_mm, amounts.thickness_mm)[0]
+    solid = with_profiles(problem.free, amounts.radii_mm, amounts.thickness_mm)
     try:
         strengths = problem.strengths(problem.moments(variables)[0], solid)
     except SolidError:

@@ -145,6 +145,8 @@ def _of_outline(free: FreeMetal, k: int, amounts: Amounts) -> list[DesignConstra
 def _of_holes(free: FreeMetal, k: int, amounts: Amounts) -> list[DesignConstraint]:
     """Return the constraints on the walls between a part's lightening holes and its smallest outline."""
     part, body = free.parts[k], free.bodies[k]
+    if not body.holes:
+        return []
     thickness = amounts.thickness_mm[k] or free.thickness_mm(k)
     outline = body.profile.outline_mm(body.radii_at(amounts.radii_mm[k], thickness))
     constraints = []
@@ -208,15 +210,22 @@ def _least_wall(outline: Array) -> tuple[float, int]:
     The outline runs counter-clockwise, with the metal on its left.
     """
     points = outline[::2]
-    along = np.gradient(points, axis=0)
+    along = np.empty_like(points)
+    along[0], along[-1] = points[1] - points[0], points[-1] - points[-2]
+    along[1:-1] = (points[2:] - points[:-2]) / 2.0
     normal = np.stack([along[:, 1], -along[:, 0]], axis=1)
     normal = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
-    x, y = (points[None, :, axis] - points[:, None, axis] for axis in (0, 1))
-    through = x * normal[:, :1] + y * normal[:, 1:] < 0.0
-    facing = (normal @ normal.T < MAX_NORMAL_COMPONENT) & through & through.T
-    distance = np.where(facing, np.sqrt(x * x + y * y), np.inf)
-    place = int(distance.argmin()) // len(points)
-    return min(float(distance.min()), 1e6), 2 * place
+    # few pairs face away from each other: only these are looked at further, in the order of their places
+    one, other = np.nonzero(normal @ normal.T < MAX_NORMAL_COMPONENT)
+    x, y = (points[other, axis] - points[one, axis] for axis in (0, 1))
+    through = (x * normal[one, 0] + y * normal[one, 1] < 0.0) & (
+        x * normal[other, 0] + y * normal[other, 1] > 0.0
+    )
+    if not through.any():
+        return NO_LIMIT_MM, 0
+    distance = np.sqrt(x[through] ** 2 + y[through] ** 2)
+    nearest = int(distance.argmin())
+    return min(float(distance[nearest]), NO_LIMIT_MM), 2 * int(one[through][nearest])
 
 
 def neighbours_of(design: DesignJob, crank: Crank) -> list[Neighbour]:

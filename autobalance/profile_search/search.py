@@ -150,8 +150,10 @@ def _begun(problem: Problem, pool: Workers) -> tuple[Problem, list[Array]]:
     close_by = [close for close, _ in problems.values()]
     first = each_done(pool, _refined_task, problem, [(level[:1], close) for close in close_by])
     worth = [(each.violation, float(level[0].weights @ each.objectives)) for each in first]
-    best, gathered = list(problems.values())[min(range(len(worth)), key=lambda place: worth[place])]
-    refined = each_done(pool, _refined_task, problem, [([level[0], each], best) for each in level])
+    chosen = min(range(len(worth)), key=lambda place: worth[place])
+    best, gathered = list(problems.values())[chosen]
+    others = each_done(pool, _refined_task, problem, [([level[0], each], best) for each in level[1:]])
+    refined = [first[chosen], *others]
     outlines = {each.tobytes(): each for each in (candidate.variables.round(DIGITS) for candidate in refined)}
     return gathered, list(outlines.values())
 

@@ -41,10 +41,8 @@ SKIN_MM = 1e-4
 """Skin of old metal left around a new outline, so that no two surfaces nearly coincide."""
 
 
-def with_profiles(
-    free: FreeMetal, radii_mm: Sequence[Array], thickness_mm: Sequence[float | None]
-) -> tuple[Solid, float]:
-    """Return the crank with these profiles (rotor frame), and the change of the held volume as a share.
+def with_profiles(free: FreeMetal, radii_mm: Sequence[Array], thickness_mm: Sequence[float | None]) -> Solid:
+    """Return the crank with these profiles (rotor frame).
 
     Old metal beyond the new outline is cut away and the new body added: metal that is old and new stays in
     one piece, without seams.
@@ -59,9 +57,7 @@ def with_profiles(
         added = added + free_body(free, web, radii, thickness)
     openings = _holes(free, thickness_mm) + free.drillings
     total = (free.solid - cut) + added
-    if not openings.is_empty:
-        total = total - openings
-    return total, (total - free.region - added).volume_mm3 / free.held.volume_mm3 - 1.0
+    return total if openings.is_empty else total - openings
 
 
 def free_body(
@@ -125,8 +121,7 @@ FORMAT = "stl"
 class WrittenDesign:
     """A design as the bytes of its solid, with all its measurements.
 
-    ``solid`` is in file coordinates. ``held_error`` is the change of the held volume, as a share.
-    ``strengths`` are its finite-element results.
+    ``solid`` is in file coordinates. ``strengths`` are its finite-element results.
     """
 
     variables: Array
@@ -136,7 +131,6 @@ class WrittenDesign:
     moments: Moments
     residual: Unbalance
     used_share: float
-    held_error: float
     constraints: tuple[DesignConstraint, ...]
     clearances: tuple[DesignClearance, ...]
     strengths: Mapping[str, float] = field(default_factory=dict)
@@ -186,7 +180,7 @@ def written(problem: Problem, variables: Array) -> WrittenDesign:
 
 def _written_design(problem: Problem, variables: Array) -> WrittenDesign:
     amounts, crank = problem.amounts(variables), problem.crank
-    rotor_solid, held_error = with_profiles(problem.free, amounts.radii_mm, amounts.thickness_mm)
+    rotor_solid = with_profiles(problem.free, amounts.radii_mm, amounts.thickness_mm)
     solid = rotor_solid.moved(crank.anatomy.rotor_to_file)
     scale = crank.source.mm_per_unit
     data, soup = through_file(solid.mesh, FORMAT, scale)
@@ -201,7 +195,6 @@ def _written_design(problem: Problem, variables: Array) -> WrittenDesign:
         moments,
         residual,
         problem.tolerance(moments).used_share(residual),
-        held_error,
         tuple(constraints),
         tuple(clearances),
     )
