@@ -114,6 +114,8 @@ def assert_place(place: dict[str, Any], z: float, diameter: float, width: float)
 
 def test_the_line_to_paste_takes_the_other_reading(tmp_path: Path) -> None:
     job = written_job(tmp_path, 1.2)
+    quickly = job.read_text(encoding="utf-8").replace("[correction]", '[correction]\nprefer = "least_metal"')
+    job.write_text(quickly, encoding="utf-8")
     first = jobs.computed(job, tmp_path / "first")
     (line,) = {each["set"] for each in first["crank"]["doubts"]}
     assert any(line in warning for warning in first["warnings"])

@@ -167,10 +167,11 @@ def test_two_threads_may_balance_at_once(result: ab.BalanceResult) -> None:
 
 def test_threads_that_plan_holes_print_nothing(capfd: pytest.CaptureFixture[str]) -> None:
     """Not even at the descriptor, past Python, where HiGHS prints a line on some processors."""
-    crank = ab.generate("inline-4", segments=16, settings={"counterweight.radius_mm": 70.0}).crank
+    crank = ab.generate("single", segments=16).crank
     job = ab.Job.from_dict(
         {
-            "balance": {"factor": 0.0, "grade": 2.5, "speed_rpm": 9000.0},
+            "engine": {"rotating_g": {"big_end": 134.0}, "reciprocating_g": {"piston": 261.5}},
+            "balance": {"factor": 0.5, "grade": 16, "speed_rpm": 9000.0},
             "correction": {"method": "drill", "prefer": "most_inertia_removed"},
         }
     )
