@@ -220,19 +220,20 @@ class MilpModel:
         depth that the most lenient of them allows; one row for each that may be it.
         """
         here, there = (sorted(set(cuts)) for cuts in zip(*most_mm, strict=True))
-        most = np.array([[most_mm.get((k, other), math.inf) for k in here] for other in there]) + 1e-9
-        no_deeper = (most[None] - 1e-9 <= most[:, None]).all(axis=2)
+        most = np.array([[most_mm.get((k, other), math.inf) for k in here] for other in there])
+        allowed = most + 1e-9
+        no_deeper = np.asarray((most[None] <= allowed[:, None]).all(axis=2))
         from_column = [
             (self.first[k] + np.searchsorted(self.tables[k], limits, "right")).tolist()
-            for k, limits in zip(here, most.T, strict=True)
+            for k, limits in zip(here, allowed.T, strict=True)
         ]
         ends = self.first[1:][here].tolist()
         rows: set[tuple[tuple[int, ...], tuple[int, ...]]] = set()
         for lenient, begins in enumerate(zip(*from_column, strict=True)):
-            deeper = chain.from_iterable(map(range, begins, ends))
+            deeper = tuple(chain.from_iterable(map(range, begins, ends)))
             others = [there[place] for place in np.flatnonzero(no_deeper[lenient]).tolist()]
-            if columns := tuple(deeper):
-                rows.add((columns, tuple(others)))
+            if deeper:
+                rows.add((deeper, tuple(others)))
         for deeper_columns, beside in sorted(rows):
             columns = [*deeper_columns, *(self.switch + other for other in beside)]
             self._add(columns, [1.0] * len(columns), -math.inf, 1.0)
