@@ -414,8 +414,8 @@ def test_films_by_factor_are_those_of_bearing(
     with job.open("a", encoding="utf-8") as file:
         file.write(f"[cycle.film]\nviscosity_Pa_s = {viscosity}\nmain_clearance_mm = {clearance}\n")
     settles = viscosity < 0.1
-    if not settles:  # after 40 turns as little as after 120
-        monkeypatch.setattr(orbits, "MOST_TURNS", 40)
+    if not settles:  # after 16 turns as little as after 120
+        monkeypatch.setattr(orbits, "MOST_TURNS", 16)
     listed = ",".join(map(str, factors))
     found = run(capsys, job, "--series", tmp_path / "s.csv", "--factors", listed)
     series = columns_of(tmp_path / "s.csv")

@@ -111,7 +111,7 @@ def test_a_stage_is_studied_as_it_stands(loop: Path) -> None:
 
 def test_second_stage_cuts_what_was_read(loop: Path) -> None:
     first, second = values(loop / "out" / "report.json"), values(loop / "out" / "stage-2" / "report.json")
-    jsonschema.validate(second, schema())
+    jsonschema.Draft202012Validator(schema()).validate(second)
     hidden = sum(each["g_mm"] * np.exp(1j * np.radians(each["angle_deg"])) for each in HIDDEN)
     model = complex(*first["residual"]["unbalance_g_mm"])
     assert complex(*second["initial"]["unbalance_g_mm"]) == pytest.approx(model + hidden, abs=1e-6)

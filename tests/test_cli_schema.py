@@ -1,6 +1,5 @@
 """Schemas for editors, and scripts that complete what is typed."""
 
-import json
 import tomllib
 
 import pytest
@@ -12,13 +11,11 @@ from tests import jobs
 JOBS = sorted(jobs.BUNDLED.rglob("*.toml")) + sorted((jobs.ROOT / "examples").glob("*-job.toml"))
 
 
-def test_every_name_is_a_schema(capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_name_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    """Each is printed, and checked, in tests/unit/test_schemas.py."""
     assert jobs.run("schema") == 0
     names = capsys.readouterr().out.split()
     assert {"job", "reading", "trials", "machine", "report", "inspect", "recut"} <= set(names)
-    for name in names:
-        assert jobs.run("schema", name) == 0
-        Draft202012Validator.check_schema(json.loads(capsys.readouterr().out))
     assert jobs.run("schema", "jobz") == 2
     assert "choose one of job, reading" in capsys.readouterr().err
 
