@@ -208,6 +208,7 @@ def marks_of(hint: Any) -> list[Any]:
 
 
 Values = dict[str, Any]
+_PLAIN = frozenset({float, int, str, bool, type(None)})
 
 
 def encoded(result: Any) -> Any:
@@ -225,9 +226,11 @@ def encoded(result: Any) -> Any:
     >>> encoded({"grades": (Grade(6.3, "general machinery"),), "unbalance_g_mm": np.array([0.0, 2.0])})
     {'grades': [{'grade_mm_s': 6.3, 'what': 'general machinery'}], 'unbalance_g_mm': [0.0, 2.0]}
     """
+    if type(result) in _PLAIN:  # nearly all that there are: of a cycle's report 100 000 numbers
+        return result
     if hasattr(result, "tolist"):  # an array, or one number of numpy's
         return result.tolist()
-    if result is None or isinstance(result, str | int | float):
+    if isinstance(result, str | int | float):
         return result
     if dataclasses.is_dataclass(result):
         return _table(result)

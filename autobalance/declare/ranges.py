@@ -160,6 +160,8 @@ def converted(value: Any, convert: Callable[[float], float]) -> Any:
 
     Other values than numbers are returned unchanged.
     """
+    if type(value) is float:
+        return convert(value)
     if isinstance(value, list | tuple) or getattr(value, "ndim", None):
         return tuple(converted(each, convert) for each in value)
     return value if value is None or isinstance(value, str | bool) else convert(float(value))
