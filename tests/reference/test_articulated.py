@@ -18,6 +18,7 @@ from autobalance.running_gear.articulated import LinkCrank
 from autobalance.running_gear.loads import loads
 from autobalance.running_gear.slider_crank import SliderCrank
 from autobalance.running_gear.whole_engine import CrankUnbalance, Cylinder, Engine, first_order_counterweight
+from tests.near import near
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -117,10 +118,10 @@ def test_radials_against_multibody(count: int, offset: float, skew: float) -> No
         pin, walls = body.forces()
         own = found.crankpin_n[:, n].sum(axis=0)
         assert complex(*own) == pytest.approx(pin, rel=1e-8)
-        assert found.wall_n[:, n] == pytest.approx(walls, rel=1e-8, abs=1e-5)
-        assert found.main_n[:, n].sum(axis=0) == pytest.approx(own, rel=1e-9)
+        assert near(found.wall_n[:, n], walls, rel=1e-8, within=1e-5)
+        assert near(found.main_n[:, n].sum(axis=0), own, rel=1e-9)
         torque = (body.c[0].conjugate() * pin).imag * 1e-3
-        assert found.gas_torque_n_m[n] - found.torque_n_m[n] == pytest.approx(torque, rel=1e-8, abs=1e-6)
+        assert near(found.gas_torque_n_m[n] - found.torque_n_m[n], torque, rel=1e-8, within=1e-6)
         momentum = sum(
             each.reciprocating_g * w[2] + each.rotating_g * k[2]
             for each, w, k in zip(engine.cylinders, body.w, body.k, strict=True)
@@ -131,7 +132,7 @@ def test_radials_against_multibody(count: int, offset: float, skew: float) -> No
     for order in engine.orders(speed, 40):
         total += np.exp(1j * order.order * angles)[:, None] * order.force_n
     mean = engine.force_n(np.linspace(0, 2 * math.pi, 720, endpoint=False), speed).mean(axis=0)
-    assert total.real + mean == pytest.approx(shaking, rel=1e-6, abs=1e-6 * abs(shaking).max())
+    assert near(total.real + mean, shaking, rel=1e-6, within=1e-6 * abs(shaking).max())
 
 
 def test_strokes_and_dead_centres_differ_and_are_where_the_piston_stands_still() -> None:

@@ -17,6 +17,7 @@ from autobalance.engines.cycle.factors import FactorMainLoads, key_figures, with
 from autobalance.engines.cycle.piston_friction import PistonFriction
 from autobalance.errors import JobError
 from autobalance.running_gear.loads import loads
+from tests.near import near
 from tests.reference.test_cycle_doubts import preset
 from tests.reference.test_cycle_doubts import radial as radial_job
 from tests.reference.test_weight_and_drive import chain, job_of
@@ -55,7 +56,7 @@ def test_wall_and_friction_balance_on_each_piston() -> None:
         assert float(now.wall_n[0, place]) == pytest.approx(-wall, rel=1e-9, abs=1e-7)
         assert float(now.skirt_n[0, place]) == pytest.approx(0.08 * abs(wall), rel=1e-9, abs=1e-7)
         assert float(now.rings_n[0, place]) == pytest.approx(rings, rel=1e-9)
-    assert analysis.loads.wall_n == pytest.approx(now.wall_n, rel=1e-9, abs=1e-7)
+    assert near(analysis.loads.wall_n, now.wall_n, rel=1e-9, within=1e-7)
 
 
 def test_friction_takes_the_work_that_the_crankpin_lacks() -> None:
@@ -68,7 +69,7 @@ def test_friction_takes_the_work_that_the_crankpin_lacks() -> None:
     lever = analysis.firing.engine.cylinders[0].slider_crank.crank_radius_mm * 1e-3
     taken = -lever * (np.cos(angle) * pins[:, 1] - np.sin(angle) * pins[:, 0])
     now = analysis.firing.parts.pistons.at(analysis.speed_rad_s)
-    assert taken == pytest.approx(now.torque_n_m[0], rel=1e-9, abs=1e-9 * taken.max())
+    assert near(taken, now.torque_n_m[0], rel=1e-9, within=1e-9 * taken.max())
     told, bare = rough.report["piston_friction"], smooth.report
     mean = float(analysis.grid.mean(now.torque_n_m[0]))
     assert told["mean_N_m"] == pytest.approx(mean, rel=1e-12)
@@ -86,7 +87,7 @@ def test_friction_takes_the_work_that_the_crankpin_lacks() -> None:
 
 def test_limits_no_friction_no_change_and_stribeck_between_its_ends() -> None:
     bare, nothing = cycle(None), cycle({})
-    assert nothing.analysis.loads.main_n == pytest.approx(bare.analysis.loads.main_n, rel=1e-12, abs=1e-9)
+    assert near(nothing.analysis.loads.main_n, bare.analysis.loads.main_n, rel=1e-12, within=1e-9)
     assert nothing.report["torque"]["mean_N_m"] == pytest.approx(bare.report["torque"]["mean_N_m"], rel=1e-9)
     assert nothing.report["piston_friction"]["mean_N_m"] == 0.0
     low, high, between = (
@@ -122,7 +123,7 @@ def test_friction_by_the_side_force_adds_to_the_inertia() -> None:
     )
     slope = (ahead - back) / (2.0 * step) * 1e9
     kept = np.abs(result.analysis.loads.wall_n[0]) > 1.0
-    assert added[kept] == pytest.approx(slope[kept], rel=1e-4, abs=1e-4 * np.abs(added).max())
+    assert near(added[kept], slope[kept], rel=1e-4, within=1e-4 * np.abs(added).max())
     told = result.report["piston_friction"]
     mean = told["equivalent_inertia_mean_kg_mm2"] - told["inertia_mean_kg_mm2"]
     assert mean * 1e3 == pytest.approx(float(firing.grid.mean(added)), rel=1e-6)
@@ -138,7 +139,7 @@ def test_a_pin_beside_the_piston_tilts_it() -> None:
     ends = np.stack(
         [0.5 * now.wall_n + now.tilt_n_m * 1e3 / 40.0, 0.5 * now.wall_n - now.tilt_n_m * 1e3 / 40.0]
     )
-    assert now.skirt_n == pytest.approx(0.1 * np.abs(ends).sum(axis=0), rel=1e-9, abs=1e-7)
+    assert near(now.skirt_n, 0.1 * np.abs(ends).sum(axis=0), rel=1e-9, within=1e-7)
     assert tilted.report["piston_friction"]["mean_N_m"] > flat.report["piston_friction"]["mean_N_m"]
     (row,) = tilted.report["piston_friction"]["cylinders"]
     assert row["greatest_tilt_N_m"] == pytest.approx(float(np.abs(now.tilt_n_m).max()), rel=1e-12)
@@ -159,7 +160,7 @@ def test_a_pin_beside_the_piston_moves_the_roll_couple(turns: str) -> None:
     pushed = analysis.firing.parts.gas_state.force_n[0] + now.along_n[0]
     inertia = mass * motion.ddx_mm * analysis.speed_rad_s**2 * 1e-6
     block = motion.x_mm * now.wall_n[0] - one.slider_crank.offset_mm * pushed - 4.0 * inertia
-    assert roll_curves(analysis).whole_n_m * 1e3 == pytest.approx(block, rel=1e-9, abs=1e-6 * block.max())
+    assert near(roll_curves(analysis).whole_n_m * 1e3, block, rel=1e-9, within=1e-6 * block.max())
 
 
 def test_links_of_a_radial_lean_on_their_master() -> None:
@@ -174,8 +175,8 @@ def test_links_of_a_radial_lean_on_their_master() -> None:
     taken = -lever * (np.cos(angle) * pins[:, 1] - np.sin(angle) * pins[:, 0])
     assert rough.firing.parts.pistons is not None
     now = rough.firing.parts.pistons.at(rough.speed_rad_s)
-    assert taken == pytest.approx(now.torque_n_m.sum(axis=0), rel=1e-9, abs=1e-9 * taken.max())
-    assert rough.loads.wall_n == pytest.approx(now.wall_n, rel=1e-9, abs=1e-6)
+    assert near(taken, now.torque_n_m.sum(axis=0), rel=1e-9, within=1e-9 * taken.max())
+    assert near(rough.loads.wall_n, now.wall_n, rel=1e-9, within=1e-6)
 
 
 ROUGH = {"skirt_mu": 0.08, "ring_mu": 0.05, "ring_tension_N": 40.0, "ring_height_mm": 2.0}
@@ -205,7 +206,7 @@ def test_key_figures_by_the_gauss_points_are_those_of_all_angles(engine: str, pi
     lighter = with_reciprocating(firing, 0.9)
     shared = lighter.parts_beside(firing)
     first, second = (each.mains_n(speed, each.crank_n) for each in (shared, lighter.parts))
-    assert first == pytest.approx(second, rel=1e-11, abs=1e-11 * float(np.abs(first).max()))
+    assert near(first, second, rel=1e-11, within=1e-11 * float(np.abs(first).max()))
     table = result.report["key_figures"]
     alone = key_figures(lighter, speed)[0]
     assert table["reciprocating_mass"][0]["greatest_torque_N_m"] == pytest.approx(

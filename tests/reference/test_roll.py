@@ -14,6 +14,7 @@ from autobalance.running_gear.loads import loads
 from autobalance.running_gear.roll import momentum_roll_n_m, roll_n_m, roll_orders
 from autobalance.running_gear.slider_crank import SliderCrank
 from autobalance.running_gear.whole_engine import Cylinder, Engine
+from tests.near import near
 from tests.reference.test_articulated import Multibody, radial
 
 Array = NDArray[np.float64]
@@ -85,10 +86,10 @@ def test_a_rod_and_its_wall_against_newton_and_euler(offset: float, share: float
         torques.append(torque * N_M)
     size = max(abs(each) for each in roll)
     found = roll_n_m(engine, angles, speed)
-    assert found == pytest.approx(np.array(roll), abs=1e-7 * size)
+    assert near(found, np.array(roll), within=1e-7 * size)
     only_torque = -np.array(torques)
     if offset == 0.0 and share == 1.0:
-        assert found == pytest.approx(only_torque, abs=1e-7 * size)
+        assert near(found, only_torque, within=1e-7 * size)
         assert np.abs(momentum_roll_n_m(engine, angles, speed)).max() == 0.0
     else:
         assert np.abs(found - only_torque).max() > 0.01 * size
@@ -129,7 +130,7 @@ def test_orders_of_the_roll_are_its_signal() -> None:
         (amplitude * np.exp(1j * n * TURN)).real for n, amplitude in enumerate(roll_orders(engine, 40))
     )
     own = roll_n_m(engine, TURN, 1.0)
-    assert total == pytest.approx(own - own.mean(), abs=1e-8 * np.abs(own).max())
+    assert near(total, own - own.mean(), within=1e-8 * np.abs(own).max())
 
 
 # --- shafts and the line of the piston ----------------------------------------------------------------------

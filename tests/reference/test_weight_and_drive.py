@@ -13,6 +13,7 @@ import autobalance as ab
 from autobalance.running_gear.loads import loads
 from autobalance.running_gear.whole_engine import Engine
 from autobalance.toml_files.document import toml_text
+from tests.near import near
 from tests.reference.test_articulated import radial
 from tests.reference.test_cycle_doubts import preset
 
@@ -72,7 +73,7 @@ def test_all_that_has_weight_hangs_on_mains_walls_and_nothing_else(
     walls = heavy.analysis.loads.wall_n - light.analysis.loads.wall_n
     for cylinder, wall in zip(engine.cylinders, walls, strict=True):
         total = total + wall[:, None] * np.array([-math.sin(cylinder.bank_rad), math.cos(cylinder.bank_rad)])
-    assert total == pytest.approx(np.tile(mass * G * 1e-3 * down, (len(total), 1)), rel=1e-9, abs=1e-8)
+    assert near(total, np.tile(mass * G * 1e-3 * down, (len(total), 1)), rel=1e-9, within=1e-8)
     # the torque's work is what the masses fall
     torque, grid = heavy.analysis.weight_n_m, heavy.analysis.grid
     assert torque is not None
@@ -93,7 +94,7 @@ def test_all_that_has_weight_hangs_on_mains_walls_and_nothing_else(
 
     work = grid.work_to_even(torque)
     fallen = height(angle) - height(angle[:1])
-    assert work == pytest.approx(fallen, abs=1e-9 * np.abs(fallen).max() + 1e-12)
+    assert near(work, fallen, within=1e-9 * np.abs(fallen).max() + 1e-12)
     told = heavy.report["weight"]
     assert told["crank_N"] + told["rods_and_pistons_N"] == pytest.approx(mass * G * 1e-3, rel=1e-9)
     assert sum(each["crank_N"] for each in told["main_journals"]) == pytest.approx(told["crank_N"], rel=1e-9)
@@ -118,13 +119,13 @@ def test_weights_of_a_radial_load_its_crankpin_through_the_master_rod() -> None:
         )
         for each, pin in zip(engine.cylinders, found.crankpin_n, strict=True)
     )
-    assert np.asarray(pins) * 1e-3 == pytest.approx(-found.torque_n_m, rel=1e-9, abs=1e-12)
+    assert near(np.asarray(pins) * 1e-3, -found.torque_n_m, rel=1e-9, within=1e-12)
     mass = sum(each.rotating_g + each.reciprocating_g for each in engine.cylinders)
     total = found.main_n.sum(axis=0)
     for cylinder, wall in zip(engine.cylinders, found.wall_n, strict=True):
         total = total + wall[:, None] * np.array([-math.sin(cylinder.bank_rad), math.cos(cylinder.bank_rad)])
     push = mass * 1e-6 * np.array([fall.real, fall.imag])
-    assert total == pytest.approx(np.tile(push, (len(total), 1)), rel=1e-9)
+    assert near(total, np.tile(push, (len(total), 1)), rel=1e-9)
 
 
 def test_a_crank_that_bends_has_its_weight_too() -> None:
@@ -154,7 +155,7 @@ def test_films_tell_what_weight_takes_from_them() -> None:
 def test_no_gravity_changes_nothing() -> None:
     heavy = ab.cycle(job_of("single", gravity={"direction_deg": 0.0, "m_s2": 1e-9}), crank=crank("single"))
     light = ab.cycle(job_of("single"), crank=crank("single"))
-    assert heavy.analysis.loads.main_n == pytest.approx(light.analysis.loads.main_n, rel=1e-9, abs=1e-8)
+    assert near(heavy.analysis.loads.main_n, light.analysis.loads.main_n, rel=1e-9, within=1e-8)
 
 
 # --- the drive's pull ---------------------------------------------------------------------------------------
@@ -191,16 +192,16 @@ def test_a_chain_pulls_with_what_the_engine_gives(turns: str) -> None:
     alpha = np.mod(grid.angle_rad + 0.5 * corner, corner) - 0.5 * corner
     speed = pulled.analysis.speed_rad_s
     power = np.abs(pull) * speed * 0.040 * np.cos(alpha)
-    assert power == pytest.approx(torque * speed, rel=1e-9)
-    assert torque == pytest.approx(np.full(torque.shape, pulled.report["torque"]["mean_N_m"]), rel=1e-9)
+    assert near(power, torque * speed, rel=1e-9)
+    assert near(torque, np.full(torque.shape, pulled.report["torque"]["mean_N_m"]), rel=1e-9)
     side = -1.0 if turns == "cw" else 1.0
-    assert np.angle(pull) == pytest.approx(np.full(pull.shape, side * math.radians(30.0)), abs=1e-12)
+    assert near(np.angle(pull), np.full(pull.shape, side * math.radians(30.0)), within=1e-12)
     # mains take it by levers, all of it
     low, high = main_z("single")
     change = pulled.analysis.loads.main_n - plain.analysis.loads.main_n
     added = change[..., 0] + 1j * change[..., 1]
-    assert added[0] == pytest.approx(pull * (high + 70.0) / (high - low), rel=1e-9, abs=1e-8)
-    assert added.sum(axis=0) == pytest.approx(pull, rel=1e-9, abs=1e-8)
+    assert near(added[0], pull * (high + 70.0) / (high - low), rel=1e-9, within=1e-8)
+    assert near(added.sum(axis=0), pull, rel=1e-9, within=1e-8)
     told = pulled.report["drives"]
     assert told["friction_without_N_m"] == pytest.approx(plain.analysis.friction_mean_n_m, rel=1e-9)
     assert told["friction_mean_N_m"] > told["friction_without_N_m"]
@@ -240,8 +241,8 @@ def test_gears_press_against_the_rotation_and_apart() -> None:
     (pull,) = pulls.pull_n
     # mate on x, crank counter-clockwise: its mesh moves along +y, so the mate holds it along −y, and off it
     wave = 1.0 + 0.1 * np.cos(30.0 * result.analysis.grid.angle_rad)
-    assert pull.imag == pytest.approx(-torque / 0.040 * wave, rel=1e-9)
-    assert pull.real == pytest.approx(pull.imag * math.tan(math.radians(20.0)), rel=1e-9)
+    assert near(pull.imag, -torque / 0.040 * wave, rel=1e-9)
+    assert near(pull.real, pull.imag * math.tan(math.radians(20.0)), rel=1e-9)
 
 
 def test_inertia_behind_a_chain_makes_its_pull_pulsate() -> None:
@@ -258,11 +259,11 @@ def test_inertia_behind_a_chain_makes_its_pull_pulsate() -> None:
     speed = uneven.speed_rad_s
     kinetic = 0.5 * inertia * 1e-6 * (speed**2 - speed[0] ** 2)
     work = grid.work_to_even(pulls.torque_n_m[0] - float(grid.mean(pulls.torque_n_m[0])))[:-1]
-    assert work == pytest.approx(kinetic, abs=2e-6 * np.abs(kinetic).max())
+    assert near(work, kinetic, within=2e-6 * np.abs(kinetic).max())
     # as heavy as that, the flywheel alone has the same speed
     alone = ab.cycle(job_of("single", flywheel_kg_mm2=3e4 + inertia), crank=crank("single"))
     assert alone.analysis.uneven_speed is not None
-    assert alone.analysis.uneven_speed.speed_rad_s == pytest.approx(speed, rel=1e-12)
+    assert near(alone.analysis.uneven_speed.speed_rad_s, speed, rel=1e-12)
     (warned,) = [text for text in result.report["warnings"] if "driven backwards" in text]
     assert "chain 1" in warned
 
