@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import combinations, islice, product
 
 import numpy as np
@@ -245,6 +245,15 @@ class _CutSeries:
         """Distance between two depths."""
         return float(self.depths_mm[1] - self.depths_mm[0])
 
+    @cached_property
+    def _levels(self) -> list[tuple[Indices, Array, float]]:
+        """The cuts that there are at each depth, their effects, and the steepest slope among them."""
+        some = [np.flatnonzero(~np.isnan(effects[:, 0])) for effects in self.effects]
+        return [
+            (there, effects[there], float(np.linalg.norm(slopes[there], axis=1).max(initial=0.0)))
+            for there, effects, slopes in zip(some, self.effects, self.slopes, strict=True)
+        ]
+
     def sets(self, target: Array, count: int) -> Iterator[_Set]:
         """Yield sets of ``count`` cuts that meet the target within 1, the shallowest first."""
         waiting: list[_Set] = []
@@ -277,18 +286,16 @@ class _CutSeries:
         from scipy.spatial import cKDTree
 
         effects = self.effects[level]
-        there = np.flatnonzero(~np.isnan(effects[:, 0]))
+        there, acting, steepest = self._levels[level]
         first, last = count // 2, count - count // 2
         nothing = np.zeros((0, count), dtype=np.int64)
         if len(there) < count or math.comb(len(there), last) > MOST_HALVES:
             return nothing
-        slack = 1.0 + 0.5 * self.step_mm * count * float(
-            np.linalg.norm(self.slopes[level][there], axis=1).max()
-        )
+        slack = 1.0 + 0.5 * self.step_mm * count * steepest
         radius = MISS_RATIO * math.sqrt(0.5 * len(target))
         distance = float(np.linalg.norm(target))
         towards = target / max(distance, 1e-12)
-        reach = np.sort(effects[there] @ towards)
+        reach = np.sort(acting @ towards)
         if abs(distance - np.clip(distance, reach[:count].sum(), reach[-count:].sum())) > slack * radius:
             return nothing  # not even the places that act along it most, or least, come near it
         squeezed = np.eye(len(target)) - (1.0 - 1.0 / slack) * np.outer(towards, towards)

@@ -177,7 +177,7 @@ def clear_depth_mm(s: Array, low: Array, high: Array, a: float, room: HoleLimits
 def _distance_from_axis(pieces: Array) -> Array:
     """Return the least distance (k,) of triangles from the local axis, exactly."""
     corners = pieces[:, :, :2]
-    onward = np.roll(corners, -1, axis=1)
+    onward = corners.take((1, 2, 0), axis=1)
     edge = onward - corners
     length2 = (edge**2).sum(2)
     share = np.clip(-(corners * edge).sum(2) / np.where(length2 > 0.0, length2, 1.0), 0.0, 1.0)
