@@ -51,8 +51,9 @@ def test_only_oval_journals_are_named(name: str, segments: int) -> None:
         assert float(found[2]) == pytest.approx(100.0 * share, abs=0.1)
 
 
+@pytest.mark.usefixtures("cranks_read_once")
 def test_inspect_and_balance_warn(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    mesh = stretched("v-twin-45", 48, 1.003)
+    mesh = stretched("v-twin-45", 24, 1.003)
     (tmp_path / "crank.stl").write_bytes(encode(mesh, "stl", 1.0))
     assert run("inspect", tmp_path / "crank.stl", "--unit", "mm", "--json", "-") == 0
     printed = capsys.readouterr()

@@ -29,7 +29,7 @@ def setup_of(made: Correction) -> tuple[int, float, int | None, float]:
 
 @pytest.mark.parametrize("direction", ["radial", "axial"])
 def test_cuts_are_numbered_by_side_tool_web_and_angle(direction: str) -> None:
-    solid, anatomy = make_crank([0.0, 90.0], Shape(segments=32))
+    solid, anatomy = make_crank([0.0, 90.0], Shape(segments=16))
     limits = DrillLimits(
         direction="radial" if direction == "radial" else "axial",
         diameters_mm=(6.0, 9.0),

@@ -30,7 +30,7 @@ TOWARDS = np.array([-1.0, 0.3])
 
 
 def v8() -> tuple[GeneratedCrank, Anatomy]:
-    made = generated_crank("v8-crossplane", segments=64)
+    made = generated_crank("v8-crossplane", segments=32)
     return made, recognise(made.solid, Overrides())
 
 

@@ -15,6 +15,7 @@ import autobalance as ab
 from tests import nc_jobs, nc_sweep
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("cranks_read_once")]
+SEGMENTS = 32
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "nc.md"
 
 
@@ -31,7 +32,7 @@ def without_numbers(text: str) -> str:
 
 @pytest.fixture(scope="module")
 def drilled(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return nc_jobs.balanced(tmp_path_factory.mktemp("drilled"), "radial")
+    return nc_jobs.balanced(tmp_path_factory.mktemp("drilled"), "radial", SEGMENTS)
 
 
 def test_the_haas_of_the_page(drilled: Path) -> None:
@@ -46,7 +47,7 @@ def test_the_haas_of_the_page(drilled: Path) -> None:
 
 
 def test_linuxcnc_of_the_page(tmp_path: Path) -> None:
-    report = nc_jobs.balanced(tmp_path / "milled", "shoulder")
+    report = nc_jobs.balanced(tmp_path / "milled", "shoulder", SEGMENTS)
     result = ab.nc(report, tomllib.loads(example("LinuxCNC", "toml")))
     assert result.exit_code == 0
     result.write(tmp_path / "nc")

@@ -25,11 +25,12 @@ from tests import nc_jobs
 from tests.jobs import without_advice
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("cranks_read_once")]
+SEGMENTS = 32
 
 
 @pytest.fixture(scope="module")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return nc_jobs.balanced(tmp_path_factory.mktemp("faults"), "radial")
+    return nc_jobs.balanced(tmp_path_factory.mktemp("faults"), "radial", SEGMENTS)
 
 
 @pytest.fixture(scope="module")
@@ -341,7 +342,7 @@ def test_what_is_not_there_is_one_line(
 def test_a_report_above_tolerance_is_programmed_and_ends_with_4(tmp_path: Path) -> None:
     with without_advice():
         path = nc_jobs.balanced(
-            tmp_path / "crank", "radial", change=(" }", ", max_depth_mm = 2.5, max_holes = 1 }")
+            tmp_path / "crank", "radial", SEGMENTS, change=(" }", ", max_depth_mm = 2.5, max_holes = 1 }")
         )
     assert json.loads(path.read_text(encoding="utf-8"))["outcome"] == "above_tolerance"
     machine = tmp_path / "machine.toml"
@@ -353,7 +354,7 @@ def test_a_report_above_tolerance_is_programmed_and_ends_with_4(tmp_path: Path) 
 
 
 def test_a_tool_is_not_driven_into_the_table(tmp_path: Path) -> None:
-    upright = nc_jobs.part_of(nc_jobs.balanced(tmp_path / "axial", "axial"))
+    upright = nc_jobs.part_of(nc_jobs.balanced(tmp_path / "axial", "axial", SEGMENTS))
     run = nc_run(upright, read_machine_tool(nc_jobs.machine()))
     stock = Stock(upright.before, upright.anatomy)
     edit = moved("Z", -200.0)
