@@ -27,7 +27,7 @@ piston = 400
 [balance]
 factor = 0.4
 grade = 4000
-speed_rpm = 6000
+speed_rpm = 300
 [correction]
 method = "drill"
 """
