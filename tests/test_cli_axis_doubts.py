@@ -85,7 +85,7 @@ def test_a_verdict_about_another_axis_is_not_proven(
     tmp_path: Path, ambiguous: OddCrank, capsys: pytest.CaptureFixture[str]
 ) -> None:
     job = written_job(tmp_path / "in", ambiguous, "false", 6.3, pin=PIN)
-    report = jobs.balanced(job, tmp_path / "out")
+    report = jobs.computed(job, tmp_path / "out")
     assert report["outcome"] == "already_within_tolerance"
     assert report["proven"] is False
     (doubt,) = report["crank"]["doubts"]

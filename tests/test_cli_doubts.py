@@ -81,7 +81,7 @@ def test_a_verdict_that_another_reading_changes_is_not_proven(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     job = written_job(tmp_path, 1.2)
-    report = jobs.balanced(job, tmp_path / "out")
+    report = jobs.computed(job, tmp_path / "out")
     assert report["outcome"] == "already_within_tolerance"
     assert report["proven"] is False
     doubts = report["crank"]["doubts"]

@@ -36,6 +36,8 @@ speed_rpm = 9000
 facet_correction = {correct}
 [correction]
 method = "drill"
+[correction.drill]
+diameters_mm = [12.0]
 """
 
 

@@ -13,6 +13,7 @@ import autobalance as ab
 from autobalance.job.tables import key_at
 from autobalance.toml_files.document import toml_text
 from tests import jobs
+from tests.coarse import bundled_corners
 
 pytestmark = pytest.mark.usefixtures("cranks_read_once")
 
@@ -230,7 +231,8 @@ def test_what_is_no_job_says_what_to_do(
 
 
 def test_a_job_for_the_halves_of_a_pressed_up_crank(crank: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    halves = Path(shutil.copy(jobs.BUNDLED / "drafted" / "crank.stl", crank.parent / "halves.stl"))
+    halves = crank.parent / "halves.stl"
+    jobs.write_stl(halves, bundled_corners())
     Path("halves.toml").write_text("", "utf-8")
     assert jobs.run("init", halves, "--unit", "mm", "--force", "--density-kg-m3", "7800") == 0
     assert "engine.crankpin_g.crankpin" in capsys.readouterr().out

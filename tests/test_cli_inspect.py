@@ -11,6 +11,7 @@ import autobalance as ab
 from autobalance.report.balance.values import schema
 from autobalance.solid.csg.solid import Solid
 from tests import jobs
+from tests.coarse import bundled_corners
 from tests.generated import generated_crank
 
 WITH_PIN = jobs.BUNDLED / "straight" / "crank-with-pin.stl"
@@ -74,11 +75,14 @@ def test_several_bodies_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert "--body N, --body all, or --no-crankpin" in error
 
 
-def test_the_halves_of_a_pressed_up_crank_are_found_out(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_halves_of_a_pressed_up_crank_are_found_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """Told or not told that the crankpins are missing, the same crank; and it is said."""
-    reports = []
+    halves, reports = tmp_path / "halves.stl", []
+    jobs.write_stl(halves, bundled_corners())
     for option in ([], ["--no-crankpin"]):
-        assert jobs.run("inspect", HALVES, "--unit", "mm", *option, "--json", "-") == 0
+        assert jobs.run("inspect", halves, "--unit", "mm", *option, "--json", "-") == 0
         printed = capsys.readouterr()
         reports.append(json.loads(printed.out))
         assert ("2 bodies taken together: the pieces of a pressed-up crank" in printed.err) is not bool(
@@ -86,7 +90,7 @@ def test_the_halves_of_a_pressed_up_crank_are_found_out(capsys: pytest.CaptureFi
         )
     assert reports[0]["crank"] == reports[1]["crank"]
     assert reports[0]["input"]["repairs"][-1].startswith("2 bodies taken together")
-    alone = ab.read_crank(HALVES, unit="mm")
+    alone = ab.read_crank(halves, unit="mm")
     assert alone.mass_g == reports[0]["crank"]["mass_g"]
 
 

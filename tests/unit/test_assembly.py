@@ -13,6 +13,8 @@ from autobalance import job as jobs
 from autobalance.errors import JobError
 from autobalance.job.from_options import describe
 from autobalance.rigid_rotor.staged_assembly import KeyShare, Part, ShaftKey, ShaftState, assemble
+from tests.coarse import bundled_corners
+from tests.jobs import write_stl
 
 CRANK = ShaftState(2000.0, 10 - 4j, 300 + 0j)
 
@@ -145,7 +147,8 @@ def test_bad_parts_are_named(more: dict[str, Any], message: str) -> None:
 def test_report_has_the_stages_from_the_residual_on(tmp_path: Path) -> None:
     import autobalance as ab
 
-    crank = Path(__file__).parents[2] / "fixtures" / "crf250r" / "straight" / "crank.stl"
+    crank = tmp_path / "crank.stl"
+    write_stl(crank, bundled_corners("straight"))
     task = {
         "crankshaft": {"file": str(crank), "unit": "mm", "density_kg_m3": 7850.0, "crankpin_in_file": False},
         "engine": {

@@ -227,7 +227,7 @@ def test_static_stand_stops_where_friction_holds() -> None:
 
 
 def test_noise_has_the_spread_it_is_asked_for() -> None:
-    found = report(runs=20000, seed=7, noise={"g_mm": 2.0, "gain_percent": 5.0, "angle_deg": 3.0})
+    found = report(runs=8000, seed=7, noise={"g_mm": 2.0, "gain_percent": 5.0, "angle_deg": 3.0})
     true = np.array(lever_rule(-40.0, 40.0))
     read = np.array([[vector(plane) for plane in run["planes"]] for run in found["runs"]])
     off = (read - true) / true
