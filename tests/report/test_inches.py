@@ -18,6 +18,7 @@ from autobalance.planning.too_light import too_light_text
 from autobalance.quantities import from_listed, g_mm, joined, listed, mm, said, span
 from autobalance.report.display_units import ON_PAPER, ON_SCREEN, in_units
 from tests import jobs
+from tests.coarse import bundled_corners
 
 METRIC = re.compile(r"(?<![\w.])(mm²?|mm³|g·mm²?|kg·mm²)(?!\w)")
 
@@ -113,6 +114,7 @@ def test_a_text_keeps_its_quantities_where_strings_go() -> None:
 @pytest.mark.slow
 def test_a_reason_is_in_inches_wholly_on_a_sheet_of_a_report_too(tmp_path: Path) -> None:
     job = jobs.bundled_job(tmp_path, "drafted", "factor-0.28", method='"shoulder"\nmax_depth_mm = 0.5')
+    jobs.write_stl(tmp_path / "crank.stl", bundled_corners(segments=48))
     report = jobs.computed(job, tmp_path / "out", code=4)
     text = from_listed(report["reason_parts"])
     assert text == report["reason"]
