@@ -84,7 +84,7 @@ d = \"\"\"
 
 
 def test_no_home_folder_is_needed(tmp_path: Path) -> None:
-    job = jobs.whole_job(tmp_path / "in")
+    job = jobs.bundled_job(tmp_path / "in")
     done = command("balance", job, "-o", tmp_path / "out", "--quiet", HOME=os.devnull)
     assert (done.returncode, done.stderr) == (0, "")
     assert (tmp_path / "out" / "sheet.pdf").stat().st_size > 1000
@@ -92,7 +92,7 @@ def test_no_home_folder_is_needed(tmp_path: Path) -> None:
 
 def test_nothing_is_left_open_at_the_end(tmp_path: Path) -> None:
     """Under -X dev Python names what is; -W error makes an error of every other warning."""
-    job = jobs.whole_job(tmp_path / "in")
+    job = jobs.bundled_job(tmp_path / "in")
     flags = ("-X", "dev", "-W", "error")
     done = command("balance", job, "-o", tmp_path / "out", "--quiet", flags=flags)
     assert (done.returncode, done.stderr) == (0, "")

@@ -191,7 +191,7 @@ def test_ctrl_c_waits_until_a_worker_that_is_being_started_has_all_it_needs(
 def test_a_worker_works_in_one_thread() -> None:
     """Besides it there is only the one that waits for the parent's end."""
     with workers.workers_of(1, alone=False) as pool:
-        (done,) = pool.run(threads_after, [20000])
+        (done,) = pool.run(threads_after, [6000])
     assert done.value == 2
 
 
