@@ -73,7 +73,13 @@ class GeneratedCrank:
 
     @property
     def solid(self) -> Solid:
-        return Solid.from_mesh(self.mesh)
+        return solid_of(self.mesh)
+
+
+def solid_of(mesh: Mesh) -> Solid:
+    """Return a mesh's solid as a reader does: manifold3d builds its body when that is first cut."""
+    closed = Solid.of_closed(mesh)
+    return Solid.from_mesh(mesh) if closed is None else closed
 
 
 def random_placement(rng: np.random.Generator, reach_mm: float = REACH_MM) -> Array:

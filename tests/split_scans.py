@@ -77,6 +77,7 @@ def split_surface_of(crank: Design, edge_mm: float, segments: int) -> Surface:
     return _split_surface(crank_solid(crank, segments).mesh, edge_mm)
 
 
+@lru_cache(maxsize=2)
 def _split_surface(drawn: Mesh, edge_mm: float) -> Surface:
     mesh64 = manifold3d.Mesh64(drawn.vertices.copy(), drawn.triangles.astype(np.uint64))
     found = manifold3d.Manifold(mesh64).refine_to_length(edge_mm).to_mesh64()

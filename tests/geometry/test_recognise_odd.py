@@ -21,7 +21,7 @@ from autobalance.errors import RecognitionError
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh
-from tests.generated import drawn
+from tests.generated import drawn, solid_of
 from tests.scans import decimated
 
 TWIN = replace(preset("parallel-twin-360"), fillet_mm=0.0)
@@ -32,7 +32,7 @@ def waved(design: Design, segments: int, sigma_mm: float, seed: int, left: float
     mesh = drawn(design, segments).mesh
     noise = np.random.default_rng(seed).normal(0.0, sigma_mm, mesh.vertices.shape)
     moved = Mesh((mesh.vertices + noise).astype(np.float32).astype(np.float64), mesh.triangles)
-    return Solid.from_mesh(moved if left == 1.0 else decimated(moved, int(left * len(moved.triangles))))
+    return solid_of(moved if left == 1.0 else decimated(moved, int(left * len(moved.triangles))))
 
 
 def bent(design: Design, segments: int, aside_mm: float) -> Solid:
@@ -40,7 +40,7 @@ def bent(design: Design, segments: int, aside_mm: float) -> Solid:
     z = mesh.vertices[:, 2]
     along = (z - z.min()) / np.ptp(z)
     shift = np.stack([4.0 * aside_mm * along * (1.0 - along), 0.0 * z, 0.0 * z], axis=1)
-    return Solid.from_mesh(Mesh(mesh.vertices + shift, mesh.triangles))
+    return solid_of(Mesh(mesh.vertices + shift, mesh.triangles))
 
 
 def assert_same(found: Anatomy, true: Anatomy, within_mm: float) -> None:

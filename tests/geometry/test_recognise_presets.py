@@ -17,10 +17,9 @@ from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.drawn_cranks.input import with_settings
 from autobalance.drawn_cranks.truth import crank_anatomy
 from autobalance.errors import RecognitionError
-from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.types import Array
-from tests.generated import AT_OTHER_ANGLES, SEGMENTS, differences, drawn, generated_crank
+from tests.generated import AT_OTHER_ANGLES, SEGMENTS, differences, drawn, generated_crank, solid_of
 from tests.sweeps import SWEPT
 
 AXIS_DEG = 0.02
@@ -89,7 +88,7 @@ def check(name: str, segments: int, scale: float = 1.0) -> None:
     place = placement(segments)
     mesh = drawn(design, segments).mesh.moved(place)
     rounded = (scale * mesh.vertices).astype(np.float32).astype(np.float64)  # as a binary STL keeps them
-    solid = Solid.from_mesh(Mesh(rounded, mesh.triangles))
+    solid = solid_of(Mesh(rounded, mesh.triangles))
     found = recognise(solid, Overrides(crankpin_in_file=design.crankpin_in_file))
     assert_recognised(found, crank_anatomy(design, place), scale)
 
@@ -117,7 +116,7 @@ def test_presets_in_files_are_recognised_as_drawn(name: str, segments: int) -> N
 @pytest.mark.parametrize(("name", "segments"), EACH_COARSENESS)
 def test_coarse_presets_are_right_or_refused(name: str, segments: int) -> None:
     place = placement(segments)
-    solid = Solid.from_mesh(drawn(PRESETS[name], segments).mesh.moved(place))
+    solid = solid_of(drawn(PRESETS[name], segments).mesh.moved(place))
     try:
         found = recognise(solid, Overrides(crankpin_in_file=None))
     except RecognitionError:
@@ -129,7 +128,7 @@ def test_coarse_presets_are_right_or_refused(name: str, segments: int) -> None:
 def test_an_overhung_cranks_journal_is_told_from_its_crankpin(name: str) -> None:
     design = replace(PRESETS[name], journals="first", oil_hole_mm=0.0, flange=None)
     place = placement(5)
-    solid = Solid.from_mesh(crank_solid(design, 32).mesh.moved(place))
+    solid = solid_of(crank_solid(design, 32).mesh.moved(place))
     assert_recognised(recognise(solid, Overrides()), crank_anatomy(design, place))
 
 
@@ -184,7 +183,7 @@ def test_twelve_throws_are_counted_and_placed() -> None:
     angles = [0.0, 120.0, 240.0, 240.0, 120.0, 0.0]
     design = replace(PRESETS["inline-4"], bays=tuple(DesignBay((angle,)) for angle in 2 * angles))
     place = placement(12)
-    solid = Solid.from_mesh(crank_solid(design, 24).mesh.moved(place))
+    solid = solid_of(crank_solid(design, 24).mesh.moved(place))
     found = recognise(solid, Overrides())
     assert_recognised(found, crank_anatomy(design, place))
 
@@ -206,7 +205,7 @@ def test_nearly_round_webs_are_no_crankpins(name: str, disc: float, rim: float, 
     )
     for segments in (7, 9, 11, 12, 13, 16, 24) if SWEPT else (11, 12):
         place = placement(segments)
-        solid = Solid.from_mesh(crank_solid(design, segments).mesh.moved(place))
+        solid = solid_of(crank_solid(design, segments).mesh.moved(place))
         try:
             found = recognise(solid, Overrides(crankpin_in_file=None))
         except RecognitionError:

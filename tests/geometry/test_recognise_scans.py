@@ -21,10 +21,9 @@ from autobalance.declare import encoded
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.generate import axial_plan
 from autobalance.errors import RecognitionError
-from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
 from autobalance.solid.roughness import DRAWN, SCANNED, flat_share, local_roughness_mm
-from tests.generated import generated_crank
+from tests.generated import generated_crank, solid_of
 from tests.scans import Scan, Wear, decimated, scan, wrong_part
 
 EDGE_MM, KEYWAY_EDGE_MM = 2.8, 2.2
@@ -43,7 +42,7 @@ def _quiet() -> Scan:
 
 @cache
 def _recognised(mesh: Mesh) -> tuple[Anatomy, ScanFit]:
-    found = recognise(Solid.from_mesh(mesh_of_soup(mesh.corners.astype(np.float32))), ANY)
+    found = recognise(solid_of(mesh_of_soup(mesh.corners.astype(np.float32))), ANY)
     assert found.scan is not None
     return found, found.scan
 
@@ -284,13 +283,13 @@ def test_a_cylinder_without_length_covers_nothing() -> None:
 def test_a_part_that_is_no_crank_is_refused(name: str, edge_mm: float) -> None:
     mesh = mesh_of_soup(wrong_part(name, 0.03, edge_mm=edge_mm, seed=1).corners.astype(np.float32))
     with pytest.raises(RecognitionError, match=r"\. (Set|Scan) "):
-        recognise(Solid.from_mesh(mesh), ANY)
+        recognise(solid_of(mesh), ANY)
 
 
 def test_noise_over_what_can_be_judged_is_measured_and_refused() -> None:
     there = scan("single", 0.5, edge_mm=EDGE_MM)
     with pytest.raises(RecognitionError, match=r"the surface is rough by about 0\.[2-6]"):
-        recognise(Solid.from_mesh(there.mesh), ANY)
+        recognise(solid_of(there.mesh), ANY)
 
 
 @pytest.mark.parametrize("name", PRESETS)

@@ -21,6 +21,7 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.roughness import SCANNED, flat_share
+from tests.generated import solid_of
 from tests.scans import Scan, scan
 from tests.split_scans import split_scan
 from tests.sweeps import SWEPT
@@ -91,9 +92,7 @@ def test_a_journal_goes_on_past_its_keyway_where_vertices_lie_in_rows() -> None:
         main_journal=replace(single.main_journal, diameter_mm=34.0),
         nose=DesignNose(34.0, 22.0, end_diameter_mm=34.0, keyway=DesignNoseKeyway(6.0, 3.0, 14.0)),
     )
-    found = recognise(
-        Solid.from_mesh(split_scan(keyed, 0.05, edge_mm=1.3, segments=96, seed=2).mesh), Overrides()
-    )
+    found = recognise(solid_of(split_scan(keyed, 0.05, edge_mm=1.3, segments=96, seed=2).mesh), Overrides())
     assert found.scan is not None
     for journal, told, width_mm in zip(found.main_journals, found.scan.journals, (46.0, 24.0), strict=True):
         assert journal.diameter_mm == pytest.approx(34.0, abs=0.03)
@@ -108,9 +107,9 @@ def test_a_journal_goes_on_past_its_keyway_where_vertices_lie_in_rows() -> None:
 
 def test_a_split_drawing_without_waves_stays_drawn() -> None:
     there = split_scan("single", 0.0, segments=90)
-    assert recognise(Solid.from_mesh(there.mesh), Overrides()).scan is None
+    assert recognise(solid_of(there.mesh), Overrides()).scan is None
     smooth = scan("single", 0.0, edge_mm=2.2)
-    drawn = recognise(Solid.from_mesh(smooth.mesh), Overrides())
+    drawn = recognise(solid_of(smooth.mesh), Overrides())
     assert drawn.scan is None
     assert not is_rough(smooth.mesh, drawn)
     moved = smooth.mesh.vertices + np.random.default_rng(0).normal(0.0, 0.002, (len(smooth.mesh.vertices), 3))
@@ -121,13 +120,13 @@ def test_a_rough_crank_found_as_a_drawn_one_keeps_its_roughness(monkeypatch: pyt
     """The scan's recognition refuses; what the drawn one finds is fitted, counted and told."""
     sigma_mm = 0.003
     there = split_scan(WITHOUT_NOSE, sigma_mm, edge_mm=6.0, segments=170, seed=4)
-    as_scan = recognise(Solid.from_mesh(there.mesh), Overrides())
+    as_scan = recognise(solid_of(there.mesh), Overrides())
 
     def refused(*_: object, **__: object) -> Anatomy:
         raise RecognitionError("found a cylinder on the axis beside a web")
 
     monkeypatch.setattr(scanned, "scanned_along", refused)
-    found = recognition._recognised(Solid.from_mesh(there.mesh), Overrides(), ())
+    found = recognition._recognised(solid_of(there.mesh), Overrides(), ())
     assert found.scan is not None
     assert as_scan.scan is not None
     assert any("beside a web; journals" in text for text in found.scan.cautions)
@@ -149,7 +148,7 @@ def test_a_rough_crank_found_as_a_drawn_one_keeps_its_roughness(monkeypatch: pyt
 def test_a_rough_crank_of_long_facets_is_as_sure_as_it_is_rough() -> None:
     """Its cylinders have corners at their ends alone: nothing is fitted, and nothing is kept silent."""
     mesh = crank_solid(PRESETS["single"], 48).mesh
-    drawn = recognise(Solid.from_mesh(mesh), Overrides())
+    drawn = recognise(solid_of(mesh), Overrides())
     found = rough_as_drawn(replace(RoughMesh.of(mesh), local_mm=0.05), drawn, False, "no scan")
     assert found.scan is not None
     assert found.scan.cautions == ("no scan",)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 import pytest
@@ -12,16 +13,22 @@ from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.crank.recognition.scan_cylinders import _ends
 from autobalance.crank.recognition.section_stack import lengthwise
-from autobalance.solid.csg.solid import Solid
+from tests.generated import solid_of
 from tests.odd_kinds import KINDS, Bare, OddCrank, bored_arm, eccentrics, in_file, lone_web
 from tests.split_scans import split_mesh
 
 SIGMA_MM = 0.01
 
 
+@cache
+def made(kind: str, segments: int) -> OddCrank:
+    """Return a kind of crank, whose facets are split once."""
+    return KINDS[kind](segments)
+
+
 def scanned(odd: OddCrank, sigma_mm: float, pin_in_file: bool | None = None, edge_mm: float = 1.2) -> Anatomy:
     mesh = split_mesh(odd.mesh, sigma_mm, edge_mm=edge_mm, seed=0)
-    return recognise(Solid.from_mesh(mesh), Overrides(crankpin_in_file=pin_in_file))
+    return recognise(solid_of(mesh), Overrides(crankpin_in_file=pin_in_file))
 
 
 def places_and_sizes(pins: Sequence[Bare]) -> list[float]:
@@ -40,8 +47,8 @@ def test_ends_are_where_the_faces_are(kind: str, edge_mm: float, sigma_mm: float
     """A shaft goes on past an eccentric's face, and a few points of a bore are as far from a journal's axis
     as its surface is: ends were up to 1.5 mm off, several standard errors. The bottom of a journal's bore was
     taken for its web's face, and the journal was 2 mm too wide."""
-    odd = KINDS[kind](72)
-    found = recognise(Solid.from_mesh(split_mesh(odd.mesh, sigma_mm, edge_mm=edge_mm, seed=1)), Overrides())
+    odd = made(kind, 72)
+    found = recognise(solid_of(split_mesh(odd.mesh, sigma_mm, edge_mm=edge_mm, seed=1)), Overrides())
     assert found.scan is not None
     upward = found.rotor_to_file[2, 2] > 0.0
     told = [list(each)[:: 1 if upward else -1] for each in (found.scan.journals, found.scan.crankpins)]
@@ -98,7 +105,7 @@ def test_the_line_of_a_scanned_arms_doubt_takes_the_stub_for_the_shaft() -> None
 @pytest.mark.parametrize("sigma_mm", [0.005, 0.05])
 def test_a_scanned_webs_bores_end_at_its_faces(sigma_mm: float) -> None:
     """They were up to 1.2 mm short, told to 0.01 mm: rough rows at the rim stood off the bore."""
-    odd = lone_web(160)
+    odd = made("one web drawn alone", 160)
     found = scanned(odd, sigma_mm)
     assert found.scan is not None
     for told, true, fit in zip(
