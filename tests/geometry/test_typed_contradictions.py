@@ -84,7 +84,7 @@ def case(name: str, segments: int = 24) -> Case:
 @lru_cache(maxsize=1)
 def scan() -> Case:
     """A fine mesh of a crank whose every corner was moved by noise of 0.02 mm."""
-    fine = case("single", 240)
+    fine = case("single", 150)
     noise = np.random.default_rng(3).normal(0.0, 0.02, fine.vertices.shape)
     return Case(fine.vertices + noise, fine.triangles, fine.truth)
 
