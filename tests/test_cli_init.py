@@ -2,7 +2,6 @@
 
 import json
 import re
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +45,8 @@ def filled() -> list[str]:
 @pytest.fixture
 def crank(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
-    return Path(shutil.copy(CRANK, tmp_path))
+    jobs.write_stl(tmp_path / CRANK.name, bundled_corners("straight", pin=True))
+    return tmp_path / CRANK.name
 
 
 def report(path: Path) -> dict[str, Any]:

@@ -18,6 +18,14 @@ WITH_PIN = jobs.BUNDLED / "straight" / "crank-with-pin.stl"
 HALVES = jobs.BUNDLED / "drafted" / "crank.stl"
 
 
+@pytest.fixture(scope="module")
+def halves(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same in fewer facets."""
+    file = tmp_path_factory.mktemp("halves") / "halves.stl"
+    jobs.write_stl(file, bundled_corners())
+    return file
+
+
 def test_published_mass_properties(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """CRF-09: 2.700 kg and 2847.335 kg·mm² with the pin; facets take 0.07 g and 0.15 kg·mm²."""
     target = tmp_path / "new" / "inspect.json"
@@ -67,8 +75,8 @@ def test_a_unit_that_is_not_said_is_told(capsys: pytest.CaptureFixture[str]) -> 
     assert "STL has no unit: taken as mm" in capsys.readouterr().err
 
 
-def test_several_bodies_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    assert jobs.run("inspect", HALVES, "--unit", "mm", "--crankpin-in-file", "yes") == 3
+def test_several_bodies_are_listed(halves: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert jobs.run("inspect", halves, "--unit", "mm", "--crankpin-in-file", "yes") == 3
     error = capsys.readouterr().err
     assert "holds 2 bodies" in error
     assert "no crank" not in error
@@ -76,11 +84,10 @@ def test_several_bodies_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_the_halves_of_a_pressed_up_crank_are_found_out(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    halves: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Told or not told that the crankpins are missing, the same crank; and it is said."""
-    halves, reports = tmp_path / "halves.stl", []
-    jobs.write_stl(halves, bundled_corners())
+    reports = []
     for option in ([], ["--no-crankpin"]):
         assert jobs.run("inspect", halves, "--unit", "mm", *option, "--json", "-") == 0
         printed = capsys.readouterr()
@@ -173,15 +180,15 @@ def test_a_picture_must_not_overwrite_the_crank(tmp_path: Path, capsys: pytest.C
 
 
 def test_the_axis_and_the_crankpin_can_be_said_on_the_command_line(
-    capsys: pytest.CaptureFixture[str],
+    halves: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert jobs.run("inspect", HALVES, "--unit", "mm", "--crankpin-in-file", "no", "--json", "-") == 0
+    assert jobs.run("inspect", halves, "--unit", "mm", "--crankpin-in-file", "no", "--json", "-") == 0
     found = json.loads(capsys.readouterr().out)
     frame = np.array(found["frame"]["file_to_rotor"])
     back = np.linalg.inv(frame)
     axis = [*("--axis-point", *map(repr, back[:3, 3].tolist())), *("--axis-direction", "0", "0", "1")]
     assert frame[2, :3] == pytest.approx([0.0, 0.0, 1.0], abs=1e-6)
-    assert jobs.run("inspect", HALVES, "--unit", "mm", *axis, "--crankpin-in-file", "no", "--json", "-") == 0
+    assert jobs.run("inspect", halves, "--unit", "mm", *axis, "--crankpin-in-file", "no", "--json", "-") == 0
     again = json.loads(capsys.readouterr().out)
     assert np.array(again["frame"]["file_to_rotor"]) == pytest.approx(frame, abs=1e-4)
-    assert jobs.run("inspect", HALVES, "--unit", "mm", "--crankpin-in-file", "yes") == 3
+    assert jobs.run("inspect", halves, "--unit", "mm", "--crankpin-in-file", "yes") == 3

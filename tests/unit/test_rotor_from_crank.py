@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.bundled import bundled_folder
 from autobalance.crank_dynamics.rotor.from_crank import rectangle_torsion_mm4, throw_bending
 from autobalance.crank_dynamics.torsion.chain import ThrowShape
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import UsageError
+from tests.coarse import bundled_corners
+from tests.jobs import write_stl
 
 E_MPA, G_MPA = 210e3, 80e3
 
@@ -81,9 +82,10 @@ def test_what_is_refused(single: ab.Crank, tmp_path: Path) -> None:
     )
 
 
-def test_the_deviation_from_the_solid_is_the_one_that_is_told() -> None:
+def test_the_deviation_from_the_solid_is_the_one_that_is_told(tmp_path: Path) -> None:
     # fem --no-crankpin on three meshes down to 14 mm: 1.61 kHz (± 0.04) in plane, 2.41 kHz (± 0.06) across
-    file = bundled_folder() / "crf250r" / "drafted" / "crank.stl"
+    file = tmp_path / "crank.stl"
+    write_stl(file, bundled_corners())
     crank = ab.read_crank(file, "mm", crankpin_in_file=False)
     result = ab.rotor(crank, speed_rpm=0, bearing_n_m=0)
     first = result.report["modes"][0]["frequency_hz"]
