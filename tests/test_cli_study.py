@@ -120,7 +120,7 @@ def test_the_linear_model_is_checked_by_cranks_that_are_cut(report: dict[str, An
 def test_the_linear_model_follows_holes_journals_and_original_parts(tmp_path: Path) -> None:
     text = ORIGINAL.replace('"shoulder"\nfaces = "auto"', '"drill"') + (
         "[study]\nposition_pm_mm = 0.05\nwander_pm_deg = 0.3\njournal_pm_mm = 0.01\nmeasurement = true\n"
-        'sampling = "latin_hypercube"\n[correction.drill]\nzone = "anywhere"\n'
+        'sampling = "latin_hypercube"\n[correction.drill]\nzone = "anywhere"\ndiameters_mm = [8.0]\n'
     )
     found = study(written(tmp_path, text), samples=500, exact=3, workers=1).report
     names = {cause["name"] for cause in found["contributions"]}
