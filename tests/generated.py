@@ -19,6 +19,7 @@ from autobalance.types import Array
 from autobalance.units import MM_PER
 
 if TYPE_CHECKING:
+    import autobalance as ab
     from autobalance.solid.cad.brep import ExactSolid
 
 SEGMENTS = (12, 16, 24, 37, 64, 128, 360, 1000)
@@ -47,6 +48,15 @@ def exact(name: str) -> ExactSolid:
     from autobalance.solid.cad.brep import ExactSolid
 
     return ExactSolid(crank_shape(preset(name)))
+
+
+@lru_cache(maxsize=24)
+def preset_crank(name: str, segments: int = 32) -> ab.Crank:
+    """Return a preset as a crank that was read, for all tests that ask for it once."""
+    import autobalance as ab
+
+    mesh = drawn(PRESETS[name], segments).mesh
+    return ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
 
 
 @lru_cache(maxsize=16)

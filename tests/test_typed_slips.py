@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -10,20 +9,17 @@ from typing import Any
 import pytest
 
 import autobalance as ab
-from autobalance.drawn_cranks.design import PRESETS
 from autobalance.errors import JobError
 from tests import jobs
-from tests.generated import drawn, generated_crank
+from tests.generated import generated_crank, preset_crank
 
 pytestmark = pytest.mark.usefixtures("cranks_read_once")
 
 GAS = {"bore_mm": 80.0, "compression_ratio": 10.0, "heat_J": 900.0}
 
 
-@lru_cache(maxsize=8)
 def preset(name: str) -> ab.Crank:
-    mesh = drawn(PRESETS[name], 32).mesh
-    return ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
+    return preset_crank(name)
 
 
 def job(**tables: Any) -> dict[str, Any]:

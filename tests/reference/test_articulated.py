@@ -11,13 +11,12 @@ import pytest
 from numpy.typing import NDArray
 
 import autobalance as ab
-from autobalance.drawn_cranks.design import PRESETS
-from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import JobError
 from autobalance.running_gear.articulated import LinkCrank
 from autobalance.running_gear.loads import loads
 from autobalance.running_gear.slider_crank import SliderCrank
 from autobalance.running_gear.whole_engine import CrankUnbalance, Cylinder, Engine, first_order_counterweight
+from tests.generated import preset_crank
 from tests.near import near
 
 Array = NDArray[np.float64]
@@ -213,8 +212,7 @@ def job(**changes: Any) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def single() -> ab.Crank:
-    mesh = crank_solid(PRESETS["single"], 48).mesh
-    return ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
+    return preset_crank("single", 48)
 
 
 def test_a_radial_by_the_door(single: ab.Crank) -> None:

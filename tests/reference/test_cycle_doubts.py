@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.drawn_cranks.design import PRESETS
-from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import JobError
+from tests.generated import preset_crank
 
 Values = dict[str, Any]
 
 
-@lru_cache(maxsize=2)
 def preset(name: str) -> ab.Crank:
-    mesh = crank_solid(PRESETS[name], 32).mesh
-    return ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
+    return preset_crank(name)
 
 
 def radial(**cycle: Any) -> Values:

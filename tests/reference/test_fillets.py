@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -27,6 +26,7 @@ from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import AutobalanceError, JobError, SolidError
 from autobalance.solid.csg.region import Region
+from tests.generated import preset_crank
 
 STEEL = {"tensile_MPa": 800.0, "yield_MPa": 550.0}
 BALANCE = {"factor": 0.5, "grade": 6.3, "speed_rpm": 6000}
@@ -50,10 +50,8 @@ def job(speed: float = 6000.0, **tables: Any) -> ab.Job:
     )
 
 
-@lru_cache(maxsize=2)
 def single(name: str = "single") -> ab.Crank:
-    mesh = crank_solid(PRESETS[name], 48).mesh
-    return ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
+    return preset_crank(name, 48)
 
 
 def test_bending_is_what_the_main_bearing_and_the_metal_do_below_the_web() -> None:
@@ -116,8 +114,7 @@ def test_the_crankpin_is_twisted_by_the_first_main_on_the_lever_of_the_throw() -
 
 
 def test_torques_of_several_throws_add_up_towards_the_last_main() -> None:
-    mesh = crank_solid(PRESETS["inline-4"], 24).mesh
-    four = ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
+    four = preset_crank("inline-4", 24)
     cycle = {"bore_mm": 84.0, "compression_ratio": 10.0, "heat_J": 1200.0, "firing_order": [1, 3, 4, 2]}
     engine = {"rod_length_mm": 140.0, "rotating_g": {"a": 400.0}, "reciprocating_g": {"b": 600.0}}
     found = ab.strength(job(cycle=cycle, engine=engine), crank=four)

@@ -25,6 +25,7 @@ from autobalance.finite_elements.modes import factorised
 from autobalance.finite_elements.throws import bodies_of_solid, throw_loads
 from autobalance.solid.csg.region import Region
 from autobalance.solid.csg.solid import Solid
+from tests.generated import preset_crank
 
 # looked for, not imported: the mesher's CAD kernel and that of STEP files end a process that has both
 pytestmark = pytest.mark.skipif(
@@ -96,8 +97,7 @@ def test_a_stepped_shaft_has_petersons_factors() -> None:
 def test_webs_are_as_thick_as_drawn_whatever_stands_on_them() -> None:
     """A counterweight of 18 mm on an arm of 14, journals and fillets on both sides."""
     single = PRESETS["single"]
-    mesh = crank_solid(single, 32).mesh
-    crank = ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
+    crank = preset_crank("single")
     for side in sides_of_throws(crank.measured)[0]:
         assert side.web_thickness_mm == pytest.approx(single.web.thickness_mm, abs=1e-3)
 

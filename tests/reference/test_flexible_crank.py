@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -17,11 +16,10 @@ from autobalance.crank_dynamics.flexible.cycle import flexible_cycle, shaft_twis
 from autobalance.crank_dynamics.strength.web_loads import web_loads
 from autobalance.crank_dynamics.torsion.from_job import crank_chain
 from autobalance.crank_dynamics.torsion.input import crank_torsion
-from autobalance.drawn_cranks.design import PRESETS
-from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.engines.bearings.orbit import film_orbits
 from autobalance.errors import JobError
 from autobalance.rigid_rotor.unbalance import Moments, Unbalance
+from tests.generated import preset_crank
 from tests.near import near
 
 EI = 210e3 * math.pi / 64.0 * 50.0**4
@@ -67,10 +65,8 @@ def test_a_beam_that_nothing_holds_is_refused() -> None:
         CrankOnSprings([BeamPiece(1.0, EI, EI)], np.array([1e5, 0.0])).deflections_mm(loads(2, 0, 1.0))
 
 
-@lru_cache(maxsize=2)
 def crank(name: str = "single") -> ab.Crank:
-    mesh = crank_solid(PRESETS[name], 24).mesh
-    return ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
+    return preset_crank(name, 24)
 
 
 def job(several: bool = False, **tables: Any) -> ab.Job:

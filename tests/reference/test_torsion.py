@@ -19,9 +19,9 @@ from autobalance.crank_dynamics.torsion.chain import (
 )
 from autobalance.crank_dynamics.torsion.model import CrankTorsion
 from autobalance.drawn_cranks.design import PRESETS
-from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.engines.cycle.analysis import throw_torques
 from autobalance.errors import JobError
+from tests.generated import preset_crank
 
 Values = dict[str, Any]
 
@@ -185,8 +185,7 @@ def crank_job(**tables: Any) -> ab.Job:
 
 @pytest.fixture(scope="module")
 def inline_four() -> ab.Crank:
-    mesh = crank_solid(PRESETS["inline-4"], 48).mesh
-    return ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
+    return preset_crank("inline-4", 48)
 
 
 def test_inertias_of_a_crank_sum_to_what_turns(inline_four: ab.Crank) -> None:

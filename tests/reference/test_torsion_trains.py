@@ -14,9 +14,8 @@ from scipy.optimize import brentq
 import autobalance as ab
 from autobalance.crank_dynamics.torsion.chain import TorsionChain, torsion_response
 from autobalance.crank_dynamics.torsion.train import TorsionTrain, train_response
-from autobalance.drawn_cranks.design import PRESETS
-from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import JobError
+from tests.generated import preset_crank
 
 Values = dict[str, Any]
 
@@ -195,8 +194,7 @@ def crank_job(**tables: Any) -> ab.Job:
 
 @pytest.fixture(scope="module")
 def inline_four() -> ab.Crank:
-    mesh = crank_solid(PRESETS["inline-4"], 48).mesh
-    return ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
+    return preset_crank("inline-4", 48)
 
 
 def test_there_is_one_flywheel(inline_four: ab.Crank) -> None:

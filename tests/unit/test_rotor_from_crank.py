@@ -11,10 +11,9 @@ import pytest
 import autobalance as ab
 from autobalance.crank_dynamics.rotor.from_crank import rectangle_torsion_mm4, throw_bending
 from autobalance.crank_dynamics.torsion.chain import ThrowShape
-from autobalance.drawn_cranks.design import PRESETS
-from autobalance.drawn_cranks.generate import crank_solid
 from autobalance.errors import UsageError
 from tests.coarse import bundled_corners
+from tests.generated import preset_crank
 from tests.jobs import write_stl
 
 E_MPA, G_MPA = 210e3, 80e3
@@ -22,8 +21,7 @@ E_MPA, G_MPA = 210e3, 80e3
 
 @pytest.fixture(scope="module")
 def single() -> ab.Crank:
-    mesh = crank_solid(PRESETS["single"], 48).mesh
-    return ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
+    return preset_crank("single", 48)
 
 
 def test_a_throw_is_its_frame() -> None:
