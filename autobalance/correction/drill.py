@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 from functools import partial
 from typing import Any
 
@@ -62,7 +62,7 @@ from autobalance.value_classes import dataclass
 
 @dataclass(frozen=True, eq=False)
 class DrillCut(HoleCut):
-    """One hole that may be drilled (a `Cut`)."""
+    """One hole that may be drilled (a `Cut`); plans ask for its effect at one depth again and again."""
 
     hole: Hole
     site: Site
@@ -72,6 +72,7 @@ class DrillCut(HoleCut):
     max_depth_mm: float
     depth_step_mm: float
     limit: str
+    _known: dict[float, Moments] = field(init=False, default_factory=dict, repr=False)
 
     @property
     def setting(self) -> str:
@@ -83,7 +84,10 @@ class DrillCut(HoleCut):
         return f"hole ⌀{self.diameter_mm:g} {self.place}"
 
     def effect(self, depth_mm: float) -> Moments:
-        return self.hole.removed(depth_mm).scaled(-self.density_g_mm3)
+        known = self._known.get(depth_mm)
+        if known is None:
+            known = self._known[depth_mm] = self.hole.removed(depth_mm).scaled(-self.density_g_mm3)
+        return known
 
     def rate(self, depth_mm: float) -> Moments:
         return self.hole.rate(depth_mm).scaled(-self.density_g_mm3)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -87,8 +88,10 @@ class SlugCut(PressedIn, HoleCut):
 
     def effect(self, depth_mm: float) -> Moments:
         """Return the change of the rotor's moments: the bore's metal goes, the slug comes."""
-        if depth_mm == 0.0:
-            return Moments.zero()
+        return Moments.zero() if depth_mm == 0.0 else self._whole
+
+    @cached_property
+    def _whole(self) -> Moments:
         return self.slug - self.hole.removed(self.max_depth_mm).scaled(self.density_g_mm3)
 
     def rate(self, depth_mm: float) -> Moments:
