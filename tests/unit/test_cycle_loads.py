@@ -348,7 +348,7 @@ def test_the_periodic_speed_is_where_an_integration_over_time_settles() -> None:
 
     at = firing.grid.even_rad[:400:40]
     run = solve_ivp(
-        slope, (0.0, float(at[-1])), [uneven.speed_rad_s[0]], t_eval=at, rtol=1e-8, atol=1e-8, max_step=0.02
+        slope, (0.0, float(at[-1])), [uneven.speed_rad_s[0]], t_eval=at, rtol=1e-8, atol=1e-8, max_step=0.1
     )
     np.testing.assert_allclose(run.y[0], uneven.speed_rad_s[:400:40], rtol=2e-6)
 
