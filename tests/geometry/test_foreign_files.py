@@ -56,11 +56,11 @@ def test_a_solid_comes_back_from_the_other_process_to_the_bit(ring: ExactSolid, 
     ("name", "said"),
     [
         ("VECTOR", r"STEP file brings the CAD kernel down \(SIG[A-Z]+\);"),
-        ("EDGE_LOOP", ""),
-        ("CARTESIAN_POINT", ""),
+        ("EDGE_LOOP", None),
+        ("CARTESIAN_POINT", None),
     ],
 )
-def test_lines_that_are_gone_are_one_line(step: bytes, name: str, said: str, tmp_path: Path) -> None:
+def test_lines_that_are_gone_are_one_line(step: bytes, name: str, said: str | None, tmp_path: Path) -> None:
     path = tmp_path / "ring.step"
     path.write_bytes(without(step, name))
     with pytest.raises(FormatError if said else (FormatError, SolidError), match=said) as caught:
