@@ -87,8 +87,9 @@ def nothing_wrong(page: Browser, app: Served) -> Iterator[None]:
     page.requests()
     yield
     severe = [entry["message"] for entry in page.log("browser") if entry["level"] == "SEVERE"]
-    assert severe == []
-    assert all(url.startswith((app.base, "blob:")) for url in page.requests())
+    assert severe == [], severe  # pytest shows what is asserted in files of tests alone
+    asked = page.requests()
+    assert all(url.startswith((app.base, "blob:")) for url in asked), asked
 
 
 def text_of(page: Browser, name: str) -> str:
