@@ -14,7 +14,7 @@ from starlette.routing import Route
 from autobalance.browser.analyses import analyses
 from autobalance.browser.cranks import saved_name
 from autobalance.browser.forms import limits, tables
-from autobalance.browser.guard import body_of, file_of, jsonable, packed, refused
+from autobalance.browser.guard import BINARY, body_of, file_of, jsonable, packed, refused
 from autobalance.browser.opening import job_of
 from autobalance.browser.prediction import DRAGGED_KEYS, PredictionModel, predicted, preview
 from autobalance.browser.project import named_files
@@ -154,19 +154,19 @@ class Live:
 
     async def mesh(self, request: Request) -> Response:
         """Give the crank of an inspection as a buffer."""
-        return self._own(request.path_params["run"], MESH)
+        return await self._own(request.path_params["run"], MESH)
 
     async def view(self, request: Request) -> Response:
         """Give a corrected crank and the metal that went as a buffer."""
-        return self._own(request.path_params["run"], VIEW)
+        return await self._own(request.path_params["run"], VIEW)
 
     async def webs(self, request: Request) -> Response:
         """Return webs and sections of a result as the sheet draws them: kind, title, labels, SVG."""
-        return self._own(request.path_params["run"], WEBS)
+        return await self._own(request.path_params["run"], WEBS)
 
     async def model(self, request: Request) -> Response:
         """Return a run's data for the page: whether a crank has its pins, or the linear model of its cuts."""
-        return self._own(request.path_params["run"], MODEL)
+        return await self._own(request.path_params["run"], MODEL)
 
     async def ticks(self, request: Request) -> Response:
         """Return the cuts of a result that are done, with their times, and the latest result of its crank."""
@@ -254,12 +254,18 @@ class Live:
         except AutobalanceError as error:
             return JSONResponse({"why": self._project.as_named(str(error))})
 
-    def _own(self, run: str, name: str) -> Response:
-        """Give one of the page's own files; nothing where a result came from elsewhere without it."""
+    async def _own(self, run: str, name: str) -> Response:
+        """Give one of the page's own files; nothing where a result came from elsewhere without it.
+
+        It is read before anything is sent: a run may put a better mesh in its place meanwhile, and the length
+        that was announced would be that of another file.
+        """
         if self._runs.state_of(run) is None:
             return refused("there is no such run", 404)
         path = self._project.own(run, name)
-        return Response(status_code=204) if path is None else file_of(path)
+        if path is None:
+            return Response(status_code=204)
+        return Response(await run_in_threadpool(path.read_bytes), media_type=BINARY)
 
     def _json(self, request: Request, name: str) -> Any:
         path = self._project.own(request.path_params["run"], name)

@@ -10,6 +10,7 @@ import signal
 import socket
 import sys
 import tempfile
+import threading
 import time
 import tomllib
 import urllib.error
@@ -22,6 +23,7 @@ from typing import Any
 import pytest
 
 import autobalance as ab
+from autobalance.browser.work import MESH
 from autobalance.drawn_cranks.design import PRESETS
 from autobalance.drawn_cranks.truth import crank_anatomy
 from autobalance.toml_files.document import toml_text
@@ -603,3 +605,27 @@ def test_answers_on_an_open_connection_do_not_wait_for_each_other(app: Served) -
             answer.read()
             seconds.append(time.monotonic() - begun)
     assert sorted(seconds)[10] < 0.02  # 0.04 where the end of each is held back until its head is confirmed
+
+
+def test_a_mesh_that_is_replaced_while_it_is_sent_is_whole(project: Served) -> None:
+    """A run puts the crank with its parts where the bare solid was, which the page may just be reading."""
+    run = next(each["id"] for each in project.ask("/api/runs").json["runs"] if each["verb"] == "inspect")
+    [path] = project.project.rglob(f"{run}/{MESH}")
+    whole = path.read_bytes()
+    others, ended = [whole, 3 * whole], threading.Event()
+
+    def replaced() -> None:
+        while not ended.is_set():
+            for each in others:
+                path.with_suffix(".other").write_bytes(each)
+                path.with_suffix(".other").replace(path)
+
+    replacing = threading.Thread(target=replaced)
+    replacing.start()
+    try:
+        answers = {project.ask(f"/api/runs/{run}/mesh").body for _ in range(80)}
+    finally:
+        ended.set()
+        replacing.join()
+        path.write_bytes(whole)
+    assert answers == set(others)
