@@ -1,5 +1,6 @@
 """The public functions: objects in, objects out, nothing written until asked."""
 
+import math
 import os
 import pickle
 import signal
@@ -49,7 +50,11 @@ def test_a_result_has_the_values_of_its_report(result: ab.BalanceResult) -> None
     assert result.reason is None
     assert result.residual.magnitude_g_mm == result.report["residual"]["magnitude_g_mm"]
     assert result.initial.planes[1].name == "B"
-    assert result.tolerance.permissible_g_mm == pytest.approx(10.682, abs=1e-3)  # 10.686 in all its facets
+    assert result.tolerance.rotor_mass_g == pytest.approx(2700.0, abs=1.5)  # 2699.9 in all its facets
+    eccentricity_mm = 6.3 / (15200 * 2.0 * math.pi / 60.0)  # ISO 21940-11, G over the angular speed
+    assert result.tolerance.permissible_g_mm == pytest.approx(
+        eccentricity_mm * result.tolerance.rotor_mass_g, rel=1e-12
+    )
     assert [each.depth_mm for each in result.corrections] == [
         each["depth_mm"] for each in result.report["corrections"]
     ]
