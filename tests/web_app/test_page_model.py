@@ -50,6 +50,13 @@ return found.children.at(-1).geometry.attributes.position.array
 """
 
 
+FITTED = """
+if (document.querySelectorAll("#strip .polar").length !== 3) return false;
+return new Promise(drawn => requestAnimationFrame(() => requestAnimationFrame(() => drawn(true))));
+"""
+"""What stands beside the crank comes with its preview, and the view is fitted to it and drawn anew."""
+
+
 def tags(page: Browser, kind: str) -> list[dict[str, Any]]:
     """Wait for tags of a kind; return what is seen of them."""
     script = f"const found = (() => {{ {TAGS} }})().filter(e => e.kind === arguments[0]);"
@@ -82,6 +89,7 @@ def test_ends_without_keyway_and_flange_have_the_names_of_the_axis(page: Browser
 @pytest.mark.looks
 def test_parts_are_named_where_they_are_and_names_never_touch(page: Browser, project: Served) -> None:
     until(page, READY)
+    until(page, FITTED)
     named = tags(page, "part")
     crank = latest(project, "inspect")["report"]["crank"]
     numbers = [each["number"] for each in crank["main_journals"]]
