@@ -118,7 +118,8 @@ async function picture() {
 }
 const pictured = behind(async (file) => {
   const made = await picture();
-  if (!made || file !== state.file) return;
+  if (file !== state.file) return;
+  if (!made) { if (view.renderer) setTimeout(pictured, PICTURED_MS, file); return; } // a result is shown: later
   state.cranks = (await askJson(`/api/cranks/picture?file=${encodeURIComponent(file)}`, { method: "PUT", body: made })).cranks;
   redraw();
 });
