@@ -28,6 +28,7 @@ from autobalance.correction.trace import (
     where_listed,
 )
 from autobalance.crank.anatomy import Face, Web
+from autobalance.crank.recognition.circles import following
 from autobalance.declare import NOT_NEGATIVE, POSITIVE
 from autobalance.errors import CorrectionError, FormatError
 from autobalance.solid.csg.region import Region
@@ -154,7 +155,7 @@ def _crossings(region: Region, angle_rad: float) -> list[float]:
     crossings: list[float] = []
     for outline in region.polygons:
         u, v = outline @ along, outline @ across
-        u1, v1 = (np.concatenate((each[1:], each[:1])) for each in (u, v))  # np.roll takes six times as long
+        u1, v1 = following(u), following(v)
         rows = (v < 0.0) != (v1 < 0.0)
         at = u[rows] - v[rows] * (u1[rows] - u[rows]) / (v1[rows] - v[rows])
         crossings += at[at > 0.0].tolist()
