@@ -251,7 +251,7 @@ class Noise:
 
     @cached_property
     def _known(self) -> dict[Fit, Array]:
-        """What was asked for: an axis' covariance is, at every place along it."""
+        """Covariances by fit: that of an axis is needed at every place along it."""
         return {}
 
     def _covariance(self, fit: Fit) -> Array:
